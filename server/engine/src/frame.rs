@@ -1,0 +1,54 @@
+//! What a step leaves behind for everyone who looks.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use sinew_mesh::Cells;
+
+/// What is known of a point at a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum PointState {
+    /// Seen or computed at this step.
+    Valid = 1,
+    /// Not seen at this step: stands where it was seen last.
+    Held = 2,
+    /// No position in the reference frame: drives nothing.
+    Absent = 3,
+}
+
+/// All of the mesh that stays the same between topology changes.
+#[derive(Debug, PartialEq)]
+pub struct Layout {
+    /// Vertex slots are append-only within an epoch.
+    pub epoch: u64,
+    /// Grows by one with each topology change.
+    pub topology_version: u64,
+    /// XXH3-64 of the cells.
+    pub hash: u64,
+    /// The cells.
+    pub cells: Cells,
+    /// For each vertex the point with the greatest weight.
+    pub dominant: Vec<u32>,
+}
+
+/// The state at one step; never changes once made.
+#[derive(Debug, PartialEq)]
+pub struct Frame {
+    /// The mesh these positions belong to.
+    pub layout: Arc<Layout>,
+    /// Steps taken.
+    pub step: u64,
+    /// Simulated time, s.
+    pub time_seconds: f64,
+    /// Capture time of the motion sample behind this step, s.
+    pub capture_time_seconds: Option<f64>,
+    /// Sequence of that sample.
+    pub motion_sequence: Option<u64>,
+    /// Point positions, m.
+    pub points: Vec<Vector3<f64>>,
+    /// One per point.
+    pub point_states: Vec<PointState>,
+    /// Vertex positions, m.
+    pub vertices: Vec<Vector3<f64>>,
+}

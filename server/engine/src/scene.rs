@@ -1,0 +1,117 @@
+//! What a scene says, before anything is checked.
+
+use nalgebra::Vector3;
+/// How the points drive the mesh.
+pub use sinew_mapping::Recipe as Mapping;
+use sinew_mesh::Grid;
+
+/// A scene as posted. [`crate::World::build`] checks all of it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Shown to people.
+    pub title: String,
+    /// Where motion comes from.
+    pub motion: Motion,
+    /// Where the mesh comes from.
+    pub mesh: MeshSource,
+    /// How the points drive the mesh.
+    pub mapping: Mapping,
+    /// Simulated time of one step, s.
+    pub time_step: f64,
+    /// Which axis points up.
+    pub up: UpAxis,
+}
+
+/// The axis that points up, for viewers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UpAxis {
+    /// +Y.
+    Y,
+    /// +Z.
+    Z,
+}
+
+/// Where the motion comes from.
+#[derive(Clone, Debug)]
+pub enum Motion {
+    /// Points streamed in.
+    External(ExternalPoints),
+    /// A mass-spring network.
+    MassSpring(MassSpring),
+}
+
+/// Points streamed in.
+#[derive(Clone, Debug)]
+pub struct ExternalPoints {
+    /// One per point.
+    pub labels: Vec<String>,
+    /// One per point, m.
+    pub rest: Vec<Vector3<f64>>,
+    /// Points with no position at rest.
+    pub absent: Vec<u32>,
+}
+
+/// A mass-spring network; columns as in `sinew.v1.MassSpring`, broadcast already.
+pub use sinew_particles::NetworkSpec as MassSpring;
+
+/// Where the mesh comes from.
+#[derive(Clone, Debug)]
+pub enum MeshSource {
+    /// Given.
+    Grid(Grid),
+    /// Made around the points.
+    Lattice(Lattice),
+}
+
+/// A lattice around points and bones.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    /// What the cells are.
+    pub shape: CellShape,
+    /// Distance between neighbouring vertices, m.
+    pub spacing: f64,
+    /// Reach from points and bones, m.
+    pub radius: f64,
+    /// Segments between points.
+    pub bones: Vec<Bone>,
+}
+
+/// A segment that a lattice surrounds.
+#[derive(Clone, Debug)]
+pub struct Bone {
+    /// Label of the first point.
+    pub from: String,
+    /// Label of the second point.
+    pub to: String,
+    /// Reach from this bone, m.
+    pub radius: f64,
+}
+
+pub use sinew_mesh::CellShape;
+
+/// External points at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionSample {
+    /// The source's number for this moment.
+    pub sequence: u64,
+    /// When it was seen, s, on the source's clock.
+    pub capture_time_seconds: f64,
+    /// One per point, m; ignored where occluded.
+    pub positions: Vec<Vector3<f64>>,
+    /// One per point.
+    pub occluded: Vec<bool>,
+}
+
+/// Why a scene or a command is refused: which field, what is wrong with its value, what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {problem}; {remedy}")]
+pub struct SceneError {
+    /// Upper-case name of the kind of problem, such as `VALUE_NOT_FINITE`.
+    pub reason: &'static str,
+    /// Path of the field in the scene, such as `mesh.grid.positions[12]`.
+    pub field: String,
+    /// What is wrong, with the value.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+}
