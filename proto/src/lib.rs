@@ -1,6 +1,10 @@
 //! The API `sinew.v1`: messages, clients and servers generated from `proto/sinew/v1`, with protobuf's JSON mapping
 //! on every message.
 
+mod columns;
+
+pub use columns::ColumnError;
+
 /// `sinew.v1`.
 pub mod v1 {
     #![allow(

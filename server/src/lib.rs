@@ -1,1 +1,18 @@
-//! Sinew server.
+//! The Sinew service: sessions behind gRPC, their Rerun feed and their page, all on one port.
+
+mod assets;
+mod config;
+mod convert;
+mod error;
+mod http;
+mod kernels;
+mod metrics;
+mod outlets;
+mod registry;
+mod server;
+mod services;
+mod session;
+mod status;
+
+pub use config::{Config, ConfigError};
+pub use server::{Server, StartError, Stopped};

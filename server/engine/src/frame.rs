@@ -33,7 +33,7 @@ pub struct Layout {
 }
 
 /// The state at one step; never changes once made.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// The mesh these positions belong to.
     pub layout: Arc<Layout>,

@@ -1,8 +1,7 @@
 //! What a scene says, before anything is checked.
 
 use nalgebra::Vector3;
-/// How the points drive the mesh.
-pub use sinew_mapping::Recipe as Mapping;
+pub use sinew_mapping::{Filter, Kernel, Recipe, Rule, Weighting};
 use sinew_mesh::Grid;
 
 /// A scene as posted. [`crate::World::build`] checks all of it.
@@ -22,6 +21,15 @@ pub struct Scene {
     pub up: UpAxis,
 }
 
+/// How the points drive the mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapping {
+    /// Weights, filter, rule.
+    pub recipe: Recipe,
+    /// Labels of the points that may drive the mesh; empty for every point with a rest position.
+    pub points: Vec<String>,
+}
+
 /// The axis that points up, for viewers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UpAxis {
@@ -38,6 +46,18 @@ pub enum Motion {
     External(ExternalPoints),
     /// A mass-spring network.
     MassSpring(MassSpring),
+}
+
+impl Motion {
+    /// One label per point; the points of a network are labelled by their indices.
+    pub fn labels(&self) -> Vec<String> {
+        match self {
+            Self::External(points) => points.labels.clone(),
+            Self::MassSpring(network) => (0..network.positions.len())
+                .map(|i| i.to_string())
+                .collect(),
+        }
+    }
 }
 
 /// Points streamed in.
@@ -102,16 +122,14 @@ pub struct MotionSample {
     pub occluded: Vec<bool>,
 }
 
-/// Why a scene or a command is refused: which field, what is wrong with its value, what to do.
+/// Why a scene is refused: which field, what is wrong with its value, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: {problem}; {remedy}")]
+#[error("{field}: {message}")]
 pub struct SceneError {
     /// Upper-case name of the kind of problem, such as `VALUE_NOT_FINITE`.
     pub reason: &'static str,
-    /// Path of the field in the scene, such as `mesh.grid.positions[12]`.
+    /// Path of the field in the request, such as `scene.mesh.grid.positions`.
     pub field: String,
-    /// What is wrong, with the value.
-    pub problem: String,
-    /// What to do about it.
-    pub remedy: String,
+    /// What is wrong, with the value, and what to do about it.
+    pub message: String,
 }

@@ -1,0 +1,408 @@
+//! From a scene to a world: all checks of a scene are here or in the kernels' constructors that this
+//! calls.
+
+use std::{collections::BTreeMap, fmt::Display, sync::Arc};
+
+use nalgebra::Vector3;
+use sinew_mesh::{Capsule, Grid, GridError, Inspection};
+use sinew_particles::{Network, NetworkError};
+
+use crate::{
+    frame::{Frame, Layout, PointState},
+    scene::{ExternalPoints, Lattice, Mapping, MeshSource, Motion, Scene, SceneError},
+    world::{Source, World},
+};
+
+/// Cells named in one refusal; more are counted.
+const NAMED: usize = 8;
+const REPAIR: &str = "repair it, for example with `sinew inspect --repair`";
+
+const EXTERNAL: &str = "scene.motion.external";
+
+/// The points as a scene gives them.
+struct Points {
+    source: Source,
+    labels: Vec<String>,
+    rest: Vec<Vector3<f64>>,
+    states: Vec<PointState>,
+    warnings: Vec<String>,
+}
+
+pub(crate) fn build(scene: Scene) -> Result<World, SceneError> {
+    let Scene {
+        title: _,
+        motion,
+        mesh,
+        mapping,
+        time_step,
+        up: _,
+    } = scene;
+    if !(time_step.is_finite() && time_step > 0.0) {
+        return Err(refuse(
+            "VALUE_OUT_OF_RANGE",
+            "scene.time_step_seconds",
+            format!("is {time_step}"),
+            "give a positive number of seconds",
+        ));
+    }
+    let mut points = match motion {
+        Motion::External(points) => external(points)?,
+        Motion::MassSpring(network) => network_points(network, time_step)?,
+    };
+    let grid = match mesh {
+        MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
+        MeshSource::Lattice(lattice) => lattice_grid(&lattice, &points)?,
+    };
+    let usable = usable(&mapping, &points)?;
+    let binding = sinew_mapping::bind(&grid.positions, &points.rest, &usable, &mapping.recipe)
+        .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
+    let layout = Layout {
+        epoch: 1,
+        topology_version: 0,
+        hash: grid.cells.hash(),
+        dominant: binding.dominant().to_vec(),
+        cells: grid.cells,
+    };
+    let frame = Frame {
+        layout: Arc::new(layout),
+        step: 0,
+        time_seconds: 0.0,
+        capture_time_seconds: None,
+        motion_sequence: None,
+        points: points.rest,
+        point_states: points.states,
+        vertices: grid.positions,
+    };
+    Ok(World {
+        source: points.source,
+        binding,
+        time_step,
+        warnings: points.warnings,
+        frame: Arc::new(frame),
+        retired: Vec::new(),
+    })
+}
+
+fn external(points: ExternalPoints) -> Result<Points, SceneError> {
+    let ExternalPoints {
+        labels,
+        mut rest,
+        absent,
+    } = points;
+    if labels.is_empty() {
+        return Err(refuse(
+            "FIELD_MISSING",
+            format!("{EXTERNAL}.labels"),
+            "is empty",
+            "name at least one point",
+        ));
+    }
+    if rest.len() != labels.len() {
+        let problem = format!("has {} positions for {} labels", rest.len(), labels.len());
+        let field = format!("{EXTERNAL}.rest_positions");
+        return Err(refuse(
+            "LENGTH_MISMATCH",
+            field,
+            problem,
+            "give one position for each label",
+        ));
+    }
+    check_labels(&labels)?;
+    let mut states = vec![PointState::Valid; labels.len()];
+    for (i, point) in absent.iter().enumerate() {
+        let state = states.get_mut(*point as usize).ok_or_else(|| {
+            let problem = format!("is {point}, and there are {} points", labels.len());
+            refuse(
+                "INDEX_OUT_OF_RANGE",
+                format!("{EXTERNAL}.absent[{i}]"),
+                problem,
+                "give the index of a point",
+            )
+        })?;
+        *state = PointState::Absent;
+    }
+    for (i, (position, state)) in rest.iter_mut().zip(&states).enumerate() {
+        if *state == PointState::Absent {
+            *position = Vector3::zeros();
+        } else if !position.iter().all(|x| x.is_finite()) {
+            return Err(refuse(
+                "VALUE_NOT_FINITE",
+                format!("{EXTERNAL}.rest_positions[{i}]"),
+                format!("is {:?} (point `{}`)", position.as_slice(), labels[i]),
+                "give finite metres, or list the point in `absent`",
+            ));
+        }
+    }
+    Ok(Points {
+        source: Source::External,
+        labels,
+        rest,
+        states,
+        warnings: Vec::new(),
+    })
+}
+
+/// Labels name points: none empty, none twice.
+fn check_labels(labels: &[String]) -> Result<(), SceneError> {
+    let mut seen = BTreeMap::new();
+    for (i, label) in labels.iter().enumerate() {
+        let field = || format!("{EXTERNAL}.labels[{i}]");
+        if label.is_empty() {
+            return Err(refuse(
+                "LABEL_EMPTY",
+                field(),
+                "is empty",
+                "name every point",
+            ));
+        }
+        if let Some(first) = seen.insert(label, i) {
+            let problem = format!("is `{label}`, like labels[{first}]");
+            return Err(refuse(
+                "LABEL_DUPLICATE",
+                field(),
+                problem,
+                "name every point differently",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn network_points(spec: crate::scene::MassSpring, time_step: f64) -> Result<Points, SceneError> {
+    let network = Network::new(spec).map_err(|error| network_refusal(&error))?;
+    let rest = network.positions().to_vec();
+    let stable = network.largest_stable_step();
+    let warnings = if time_step > stable {
+        vec![format!(
+            "time_step_seconds is {time_step:.3e} s and the network is stable up to about {stable:.3e} s: it may diverge"
+        )]
+    } else {
+        Vec::new()
+    };
+    Ok(Points {
+        labels: (0..rest.len()).map(|i| i.to_string()).collect(),
+        states: vec![PointState::Valid; rest.len()],
+        source: Source::Network(Box::new(network)),
+        rest,
+        warnings,
+    })
+}
+
+/// Refuses a mesh that cannot be deformed, and warns of what can but looks like a mistake.
+fn checked(grid: Grid, warnings: &mut Vec<String>) -> Result<Grid, SceneError> {
+    grid.check().map_err(|error| grid_refusal(&error))?;
+    let found = sinew_mesh::inspect(&grid);
+    let volumetric = found.counts.iter().any(|(kind, _)| kind.is_volume());
+    if volumetric && found.inside_out {
+        let problem = "is inside-out: most cells have a negative volume";
+        return Err(refuse("CELL_INVERTED", "scene.mesh.grid", problem, REPAIR));
+    }
+    let bad_cells = [
+        (&found.inverted_cells, "inverted", "CELL_INVERTED"),
+        (&found.zero_volume_cells, "zero-volume", "CELL_ZERO_VOLUME"),
+        (
+            &found.repeated_vertex_cells,
+            "degenerate (a vertex twice)",
+            "CELL_ZERO_VOLUME",
+        ),
+        (&found.open_polyhedra, "open polyhedral", "CELL_OPEN"),
+    ];
+    for (ids, what, reason) in bad_cells {
+        if !ids.is_empty() {
+            let problem = format!("has {} {what} cells: {}", ids.len(), named(ids));
+            return Err(refuse(reason, "scene.mesh.grid", problem, REPAIR));
+        }
+    }
+    warn(&found, warnings);
+    Ok(grid)
+}
+
+/// What can be deformed but looks like a mistake.
+fn warn(found: &Inspection, warnings: &mut Vec<String>) {
+    let mut note = |count: usize, what: &str| {
+        if count > 0 {
+            warnings.push(format!("the mesh has {count} {what}"));
+        }
+    };
+    note(found.unused_vertices.len(), "vertices of no cell");
+    note(
+        found.duplicate_vertices.len(),
+        "vertices at the place of another",
+    );
+    note(found.duplicate_cells.len(), "cells like another");
+    note(
+        found.non_manifold_faces.len(),
+        "faces of more than two volumes",
+    );
+    note(found.zero_area_cells.len(), "surface cells without area");
+}
+
+fn lattice_grid(lattice: &Lattice, points: &Points) -> Result<Grid, SceneError> {
+    const FIELD: &str = "scene.mesh.lattice";
+    let find = |label: &str, field: String| {
+        let found = points.labels.iter().position(|known| known == label);
+        let Some(i) = found else {
+            return Err(refuse(
+                "LABEL_UNKNOWN",
+                field,
+                format!("is `{label}`, which no point has"),
+                "use a point's label",
+            ));
+        };
+        if points.states[i] == PointState::Absent {
+            let problem = format!("is `{label}`, which has no rest position");
+            return Err(refuse(
+                "POINT_ABSENT",
+                field,
+                problem,
+                "leave this bone out",
+            ));
+        }
+        Ok(points.rest[i])
+    };
+    let mut solid = Vec::new();
+    for (i, bone) in lattice.bones.iter().enumerate() {
+        let field = |end: &str| format!("{FIELD}.bones[{i}].{end}");
+        if !(bone.radius.is_finite() && bone.radius > 0.0) {
+            let problem = format!("is {}", bone.radius);
+            return Err(refuse(
+                "VALUE_OUT_OF_RANGE",
+                field("radius"),
+                problem,
+                "give a positive number of metres",
+            ));
+        }
+        let (start, end) = (
+            find(&bone.from, field("from"))?,
+            find(&bone.to, field("to"))?,
+        );
+        solid.push(Capsule {
+            start,
+            end,
+            radius: bone.radius,
+        });
+    }
+    if lattice.bones.is_empty() {
+        let present = points
+            .rest
+            .iter()
+            .zip(&points.states)
+            .filter(|(_, state)| **state != PointState::Absent);
+        solid.extend(present.map(|(at, _)| Capsule {
+            start: *at,
+            end: *at,
+            radius: lattice.radius,
+        }));
+    }
+    sinew_mesh::lattice(lattice.shape, lattice.spacing, &solid)
+        .map_err(|error| kernel_refusal("LATTICE_REFUSED", FIELD, &error))
+}
+
+/// Which points may drive the mesh.
+fn usable(mapping: &Mapping, points: &Points) -> Result<Vec<bool>, SceneError> {
+    let present: Vec<bool> = points
+        .states
+        .iter()
+        .map(|state| *state != PointState::Absent)
+        .collect();
+    if mapping.points.is_empty() {
+        return Ok(present);
+    }
+    let mut usable = vec![false; present.len()];
+    for (i, label) in mapping.points.iter().enumerate() {
+        let field = format!("scene.mapping.points[{i}]");
+        match points.labels.iter().position(|known| known == label) {
+            Some(point) if present[point] => usable[point] = true,
+            Some(_) => {
+                let problem = format!("is `{label}`, which has no rest position");
+                return Err(refuse(
+                    "POINT_ABSENT",
+                    field,
+                    problem,
+                    "map onto points that have one",
+                ));
+            }
+            None => {
+                let problem = format!("is `{label}`, which no point has");
+                return Err(refuse(
+                    "LABEL_UNKNOWN",
+                    field,
+                    problem,
+                    "use the labels of the scene's points",
+                ));
+            }
+        }
+    }
+    Ok(usable)
+}
+
+fn network_refusal(error: &NetworkError) -> SceneError {
+    const FIELD: &str = "scene.motion.mass_spring";
+    let (reason, field) = match error {
+        NetworkError::Length { column, .. } => ("LENGTH_MISMATCH", format!("{FIELD}.{column}")),
+        NetworkError::Value {
+            column,
+            entry,
+            value,
+            ..
+        } => (
+            if value.is_finite() {
+                "VALUE_OUT_OF_RANGE"
+            } else {
+                "VALUE_NOT_FINITE"
+            },
+            format!("{FIELD}.{column}[{entry}]"),
+        ),
+        NetworkError::Gravity { .. } => ("VALUE_NOT_FINITE", format!("{FIELD}.gravity")),
+        NetworkError::Index { column, entry, .. } => {
+            ("INDEX_OUT_OF_RANGE", format!("{FIELD}.{column}[{entry}]"))
+        }
+        NetworkError::SelfSpring { spring, .. } => {
+            ("SPRING_DEGENERATE", format!("{FIELD}.springs[{spring}]"))
+        }
+    };
+    kernel_refusal(reason, field, error)
+}
+
+fn grid_refusal(error: &GridError) -> SceneError {
+    let reason = if matches!(error, GridError::IndexOutOfRange { .. }) {
+        "INDEX_OUT_OF_RANGE"
+    } else if matches!(error, GridError::NotFinite { .. }) {
+        "VALUE_NOT_FINITE"
+    } else {
+        "MESH_MALFORMED"
+    };
+    kernel_refusal(reason, "scene.mesh.grid", error)
+}
+
+/// The kernels' errors name the value and the remedy themselves.
+fn kernel_refusal(
+    reason: &'static str,
+    field: impl Into<String>,
+    error: &dyn std::error::Error,
+) -> SceneError {
+    SceneError {
+        reason,
+        field: field.into(),
+        message: error.to_string(),
+    }
+}
+
+fn named(ids: &[u32]) -> String {
+    let list: Vec<String> = ids.iter().take(NAMED).map(u32::to_string).collect();
+    let more = if ids.len() > NAMED { ", …" } else { "" };
+    format!("{}{more}", list.join(", "))
+}
+
+fn refuse(
+    reason: &'static str,
+    field: impl Into<String>,
+    problem: impl Display,
+    remedy: impl Display,
+) -> SceneError {
+    SceneError {
+        reason,
+        field: field.into(),
+        message: format!("{problem}; {remedy}"),
+    }
+}

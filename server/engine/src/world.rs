@@ -1,0 +1,224 @@
+//! A scene come alive.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use sinew_mapping::Binding;
+use sinew_particles::{Diverged, Network};
+
+use crate::{
+    digest::Digest,
+    frame::{Frame, Layout, PointState},
+    scene::{MotionSample, Scene, SceneError},
+};
+
+/// Why a step could not be taken. The world is spent.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// A particle left the finite numbers.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// The mesh left the finite numbers, or the range in which it can travel as binary32.
+    #[error("vertex {vertex} is at {position:?}, beyond what positions may be")]
+    OutOfRange {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Where it is, m.
+        position: [f64; 3],
+    },
+    /// The mapping could not be evaluated.
+    #[error("the mapping failed: {0}")]
+    Mapping(#[from] sinew_mapping::MappingError),
+}
+
+/// What moves the points.
+#[derive(Debug)]
+pub(crate) enum Source {
+    /// Whoever calls [`World::step`].
+    External,
+    Network(Box<Network>),
+}
+
+/// Points, mesh and mapping, and the step that binds them.
+#[derive(Debug)]
+pub struct World {
+    pub(crate) source: Source,
+    pub(crate) binding: Binding,
+    pub(crate) time_step: f64,
+    pub(crate) warnings: Vec<String>,
+    /// The state after the last step.
+    pub(crate) frame: Arc<Frame>,
+    /// Frames given out before; their memory is used again when nobody reads them any more.
+    pub(crate) retired: Vec<Arc<Frame>>,
+}
+
+/// Frames kept for their memory: as many as readers may hold at once in the ordinary case.
+const RETIRED: usize = 12;
+
+impl World {
+    /// Builds a world. This is the only validation of a scene: what builds, steps.
+    ///
+    /// # Errors
+    /// [`SceneError`] for the first thing that is wrong.
+    pub fn build(scene: Scene) -> Result<Self, SceneError> {
+        crate::build::build(scene)
+    }
+
+    /// One step: motion, then geometry. External points move to `sample`, or stay without one; an
+    /// occluded point stays where it was seen last.
+    ///
+    /// # Errors
+    /// [`StepError`]; the world is then spent.
+    ///
+    /// # Panics
+    /// If the sample has another number of points than the world: [`MotionSample`]s are checked
+    /// against [`World::point_count`] before.
+    pub fn step(&mut self, sample: Option<&MotionSample>) -> Result<Arc<Frame>, StepError> {
+        let mut next = self.blank();
+        next.step = self.frame.step + 1;
+        #[expect(clippy::cast_precision_loss, reason = "exact for 2^53 steps")]
+        let time = next.step as f64 * self.time_step;
+        next.time_seconds = time;
+        match &mut self.source {
+            Source::External => follow(sample, &self.frame, &mut next),
+            Source::Network(network) => {
+                network.step(self.time_step)?;
+                next.points.copy_from_slice(network.positions());
+            }
+        }
+        self.binding.pose(&next.points, &mut next.vertices)?;
+        check_range(&next.vertices)?;
+        let done = std::mem::replace(&mut self.frame, Arc::new(next));
+        if self.retired.len() < RETIRED {
+            self.retired.push(done);
+        }
+        Ok(self.frame())
+    }
+
+    /// A frame to be filled: a copy of the last one's small parts, with memory for the large ones.
+    fn blank(&mut self) -> Frame {
+        let free = self
+            .retired
+            .iter_mut()
+            .position(|frame| Arc::get_mut(frame).is_some());
+        let reused = free.and_then(|i| Arc::try_unwrap(self.retired.swap_remove(i)).ok());
+        let last = &self.frame;
+        match reused {
+            Some(mut frame) => {
+                frame.capture_time_seconds = last.capture_time_seconds;
+                frame.motion_sequence = last.motion_sequence;
+                frame
+            }
+            None => Frame::clone(last),
+        }
+    }
+
+    /// The state after the last step.
+    pub fn frame(&self) -> Arc<Frame> {
+        Arc::clone(&self.frame)
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.frame.points.len()
+    }
+
+    /// Simulated time of one step, s.
+    pub fn time_step(&self) -> f64 {
+        self.time_step
+    }
+
+    /// What the scene's author should know.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Hash of the whole state: equal for the same scene and inputs on any number of threads.
+    pub fn digest(&self) -> u128 {
+        let Frame {
+            layout,
+            step,
+            time_seconds,
+            capture_time_seconds,
+            motion_sequence,
+            points,
+            point_states,
+            vertices,
+        } = &*self.frame;
+        let Layout {
+            epoch,
+            topology_version,
+            hash,
+            cells: _,
+            dominant: _,
+        } = &**layout;
+        let mut digest = Digest::default();
+        digest.words(&[*epoch, *topology_version, *hash, *step]);
+        digest.words(&[
+            time_seconds.to_bits(),
+            capture_time_seconds.map_or(u64::MAX, f64::to_bits),
+        ]);
+        digest.words(&[motion_sequence.unwrap_or(u64::MAX)]);
+        digest.vectors(points);
+        digest.bytes(
+            &point_states
+                .iter()
+                .map(|state| *state as u8)
+                .collect::<Vec<_>>(),
+        );
+        digest.vectors(vertices);
+        digest.words(
+            &self
+                .binding
+                .rotations()
+                .iter()
+                .flat_map(|q| q.coords.iter())
+                .map(|x| x.to_bits())
+                .collect::<Vec<_>>(),
+        );
+        if let Source::Network(network) = &self.source {
+            digest.vectors(network.velocities());
+        }
+        digest.finish()
+    }
+}
+
+/// Moves external points to where the sample sees them.
+fn follow(sample: Option<&MotionSample>, last: &Frame, next: &mut Frame) {
+    next.points.copy_from_slice(&last.points);
+    next.point_states.copy_from_slice(&last.point_states);
+    let Some(sample) = sample else {
+        return;
+    };
+    assert_eq!(
+        sample.positions.len(),
+        next.points.len(),
+        "samples are checked at the door"
+    );
+    next.capture_time_seconds = Some(sample.capture_time_seconds);
+    next.motion_sequence = Some(sample.sequence);
+    for i in 0..next.points.len() {
+        next.point_states[i] = match (last.point_states[i], sample.occluded[i]) {
+            (PointState::Absent, _) => continue,
+            (PointState::Valid | PointState::Held, true) => PointState::Held,
+            (PointState::Valid | PointState::Held, false) => {
+                next.points[i] = sample.positions[i];
+                PointState::Valid
+            }
+        };
+    }
+}
+
+/// Positions must survive the way to binary32.
+fn check_range(vertices: &[Vector3<f64>]) -> Result<(), StepError> {
+    const LIMIT: f64 = 1e30;
+    // One branch-free pass: the sum of excesses is 0 (or NaN where a coordinate is).
+    let inside = |v: &Vector3<f64>| v.x.abs() < LIMIT && v.y.abs() < LIMIT && v.z.abs() < LIMIT;
+    match vertices.iter().position(|v| !inside(v)) {
+        None => Ok(()),
+        Some(vertex) => Err(StepError::OutOfRange {
+            vertex,
+            position: vertices[vertex].into(),
+        }),
+    }
+}

@@ -1,0 +1,329 @@
+//! From the wire to a scene: units and defaults. Forms are checked here, values in
+//! [`sinew_engine::World::build`]; both name fields by their path in the request.
+
+use nalgebra::Vector3;
+use sinew_engine as engine;
+use sinew_mesh::{Cells, Grid};
+use sinew_proto::{ColumnError, v1};
+
+use crate::{
+    assets::Assets,
+    error::{ServiceError, invalid},
+    session::Drive,
+};
+
+/// The points that a vertex keeps where the scene does not say.
+const DEFAULT_KEEP: usize = 8;
+/// Simulated time of a step of an internal model where the scene does not say, s.
+const DEFAULT_TIME_STEP: f64 = 1.0 / 120.0;
+/// Longest title, characters.
+const TITLE: usize = 200;
+
+type Result<T, E = ServiceError> = std::result::Result<T, E>;
+
+/// Reads a scene and how it is driven.
+pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene, Drive)> {
+    if scene.title.chars().count() > TITLE {
+        let problem = format!("has {} characters", scene.title.chars().count());
+        return Err(invalid(
+            "TITLE_TOO_LONG",
+            "scene.title",
+            problem,
+            format!("use at most {TITLE}"),
+        ));
+    }
+    let source = scene
+        .motion
+        .and_then(|motion| motion.source)
+        .ok_or_else(|| missing("scene.motion"))?;
+    let pace = known::<v1::Pace>(scene.pace, "scene.pace")?;
+    let (motion, default_step, drive) = match source {
+        v1::motion::Source::External(points) => {
+            let (points, rate) = external(points)?;
+            (
+                engine::Motion::External(points),
+                1.0 / rate,
+                Drive::External,
+            )
+        }
+        v1::motion::Source::MassSpring(network) => {
+            let drive = match pace {
+                v1::Pace::Unspecified | v1::Pace::RealTime => Drive::RealTime,
+                v1::Pace::Unpaced => Drive::Unpaced,
+            };
+            (
+                engine::Motion::MassSpring(mass_spring(network)?),
+                DEFAULT_TIME_STEP,
+                drive,
+            )
+        }
+    };
+    let mesh = scene
+        .mesh
+        .and_then(|mesh| mesh.source)
+        .ok_or_else(|| missing("scene.mesh"))?;
+    let scene = engine::Scene {
+        title: scene.title,
+        motion,
+        mesh: mesh_source(mesh, assets)?,
+        mapping: mapping(scene.mapping.unwrap_or_default())?,
+        time_step: if scene.time_step_seconds == 0.0 {
+            default_step
+        } else {
+            scene.time_step_seconds
+        },
+        up: match known::<v1::UpAxis>(scene.up, "scene.up")? {
+            v1::UpAxis::Y => engine::UpAxis::Y,
+            v1::UpAxis::Unspecified | v1::UpAxis::Z => engine::UpAxis::Z,
+        },
+    };
+    Ok((scene, drive))
+}
+
+fn external(points: v1::ExternalPoints) -> Result<(engine::ExternalPoints, f64)> {
+    const FIELD: &str = "scene.motion.external";
+    client_only(&points.file, "scene.motion.external.file")?;
+    let rate = points.rate_hz;
+    if !(rate.is_finite() && rate > 0.0) {
+        let field = format!("{FIELD}.rate_hz");
+        return Err(invalid(
+            "VALUE_OUT_OF_RANGE",
+            field,
+            format!("is {rate}"),
+            "give the take's frames per second",
+        ));
+    }
+    let rest = vectors(
+        points.rest_positions.as_ref(),
+        &format!("{FIELD}.rest_positions"),
+    )?;
+    let absent = indices(points.absent.as_ref(), &format!("{FIELD}.absent"))?;
+    Ok((
+        engine::ExternalPoints {
+            labels: points.labels,
+            rest,
+            absent,
+        },
+        rate,
+    ))
+}
+
+fn mass_spring(network: v1::MassSpring) -> Result<engine::MassSpring> {
+    let field = |name: &str| format!("scene.motion.mass_spring.{name}");
+    let positions = vectors(network.positions.as_ref(), &field("positions"))?;
+    let ends = indices(network.springs.as_ref(), &field("springs"))?;
+    let (springs, odd) = ends.as_chunks::<2>();
+    if !odd.is_empty() {
+        let problem = format!("has {} numbers", ends.len());
+        return Err(invalid(
+            "LENGTH_MISMATCH",
+            field("springs"),
+            problem,
+            "give two particles for each spring",
+        ));
+    }
+    let velocities = match vectors(network.velocities.as_ref(), &field("velocities"))? {
+        empty if empty.is_empty() => vec![Vector3::zeros(); positions.len()],
+        given => given,
+    };
+    let column = |given: Option<&v1::Reals>, name: &str, len: usize, default: Option<f64>| {
+        let given = reals(given, &field(name))?;
+        match (given.as_slice(), default) {
+            ([], Some(default)) => Ok(vec![default; len]),
+            ([one], _) => Ok(vec![*one; len]),
+            (given, _) => Ok::<_, ServiceError>(given.to_vec()),
+        }
+    };
+    let rest_lengths = match &network.rest_lengths {
+        Some(given) if !given.is_empty() => {
+            Some(column(Some(given), "rest_lengths", springs.len(), None)?)
+        }
+        _ => None,
+    };
+    let gravity = network.gravity.unwrap_or_default();
+    Ok(engine::MassSpring {
+        masses: column(
+            network.masses.as_ref(),
+            "masses",
+            positions.len(),
+            Some(1.0),
+        )?,
+        stiffness: column(network.stiffness.as_ref(), "stiffness", springs.len(), None)?,
+        damping: column(
+            network.damping.as_ref(),
+            "damping",
+            springs.len(),
+            Some(0.0),
+        )?,
+        fixed: indices(network.fixed.as_ref(), &field("fixed"))?,
+        springs: springs.to_vec(),
+        gravity: Vector3::new(gravity.x, gravity.y, gravity.z),
+        positions,
+        velocities,
+        rest_lengths,
+    })
+}
+
+fn mesh_source(source: v1::mesh::Source, assets: &Assets) -> Result<engine::MeshSource> {
+    use v1::mesh::Source;
+    match source {
+        Source::Grid(given) => grid(given, "scene.mesh.grid").map(engine::MeshSource::Grid),
+        Source::Asset(name) => {
+            let given = prost::Message::decode(assets.get(&name)?)
+                .map_err(|error| ServiceError::Garbled(format!("{name}: {error}")))?;
+            grid(given, "scene.mesh.grid").map(engine::MeshSource::Grid)
+        }
+        Source::Lattice(given) => lattice(given).map(engine::MeshSource::Lattice),
+        Source::File(path) => {
+            client_only(&path, "scene.mesh.file")?;
+            Err(missing("scene.mesh"))
+        }
+    }
+}
+
+/// Reads a grid; its structure and its geometry are checked by the engine.
+fn grid(grid: v1::UnstructuredGrid, field: &str) -> Result<Grid> {
+    let column =
+        |given: Option<&v1::Indices>, name: &str| indices(given, &format!("{field}.{name}"));
+    Ok(Grid {
+        positions: vectors(grid.positions.as_ref(), &format!("{field}.positions"))?,
+        cells: Cells {
+            types: grid.cell_types.to_vec(),
+            connectivity: column(grid.connectivity.as_ref(), "connectivity")?,
+            offsets: column(grid.offsets.as_ref(), "offsets")?,
+            faces: column(grid.faces.as_ref(), "faces")?,
+            face_offsets: column(grid.face_offsets.as_ref(), "face_offsets")?,
+        },
+    })
+}
+
+fn lattice(lattice: v1::Lattice) -> Result<engine::Lattice> {
+    Ok(engine::Lattice {
+        shape: match known::<v1::CellShape>(lattice.shape, "scene.mesh.lattice.shape")? {
+            v1::CellShape::Hexahedron => engine::CellShape::Hexahedron,
+            v1::CellShape::Unspecified | v1::CellShape::Tetrahedron => {
+                engine::CellShape::Tetrahedron
+            }
+        },
+        spacing: lattice.spacing,
+        radius: lattice.radius,
+        bones: lattice
+            .bones
+            .into_iter()
+            .map(|bone| engine::Bone {
+                from: bone.from,
+                to: bone.to,
+                radius: if bone.radius == 0.0 {
+                    lattice.radius
+                } else {
+                    bone.radius
+                },
+            })
+            .collect(),
+    })
+}
+
+fn mapping(mapping: v1::Mapping) -> Result<engine::Mapping> {
+    use engine::{Filter, Kernel, Rule, Weighting};
+    let distance = match mapping.weighting.and_then(|weighting| weighting.kind) {
+        Some(v1::weighting::Kind::Distance(distance)) => distance,
+        None => v1::DistanceWeighting::default(),
+    };
+    let kernel =
+        match known::<v1::Kernel>(distance.kernel, "scene.mapping.weighting.distance.kernel")? {
+            v1::Kernel::Unspecified | v1::Kernel::Gaussian => Kernel::Gaussian,
+            v1::Kernel::InverseSquare => Kernel::InverseSquare,
+        };
+    let keep = match mapping.filter.and_then(|filter| filter.kind) {
+        Some(v1::filter::Kind::Keep(keep)) if keep.k > 0 => keep.k as usize,
+        Some(v1::filter::Kind::Keep(_)) | None => DEFAULT_KEEP,
+    };
+    Ok(engine::Mapping {
+        recipe: engine::Recipe {
+            weighting: Weighting::Distance {
+                kernel,
+                scale: (distance.scale != 0.0).then_some(distance.scale),
+            },
+            filter: Filter::KeepK(keep),
+            rule: match mapping.rule.and_then(|rule| rule.kind) {
+                Some(v1::motion_rule::Kind::ShapeMatching(_)) => Rule::ShapeMatching,
+                Some(v1::motion_rule::Kind::WeightedMean(_)) | None => Rule::WeightedMean,
+            },
+        },
+        points: mapping.points,
+    })
+}
+
+fn missing(field: &str) -> ServiceError {
+    invalid(
+        "FIELD_MISSING",
+        field,
+        "is missing",
+        "give one of its sources",
+    )
+}
+
+fn client_only(path: &str, field: &str) -> Result<()> {
+    if path.is_empty() {
+        return Ok(());
+    }
+    let remedy = "the server reads no files; let the client resolve it, as `sinew run` does";
+    Err(invalid(
+        "FILE_NOT_RESOLVED",
+        field,
+        format!("is `{path}`"),
+        remedy,
+    ))
+}
+
+/// A number as the enum it stands for.
+pub(crate) fn known<E: TryFrom<i32>>(number: i32, field: &str) -> Result<E> {
+    E::try_from(number).map_err(|_| {
+        invalid(
+            "ENUM_UNKNOWN",
+            field,
+            format!("is {number}"),
+            "use one of the values that the API names",
+        )
+    })
+}
+
+fn reals(column: Option<&v1::Reals>, field: &str) -> Result<Vec<f64>> {
+    column
+        .map_or(Ok(Vec::new()), v1::Reals::unpack)
+        .map_err(|error| garbled(field, &error))
+}
+
+fn indices(column: Option<&v1::Indices>, field: &str) -> Result<Vec<u32>> {
+    column
+        .map_or(Ok(Vec::new()), v1::Indices::unpack)
+        .map_err(|error| garbled(field, &error))
+}
+
+/// Reads positions or the like, 3 numbers each.
+pub(crate) fn vectors(column: Option<&v1::Reals>, field: &str) -> Result<Vec<Vector3<f64>>> {
+    let numbers = reals(column, field)?;
+    let (triples, rest) = numbers.as_chunks::<3>();
+    if !rest.is_empty() {
+        let problem = format!("has {} numbers", numbers.len());
+        return Err(invalid(
+            "LENGTH_MISMATCH",
+            field,
+            problem,
+            "give x, y and z for each",
+        ));
+    }
+    Ok(triples
+        .iter()
+        .map(|triple| Vector3::from(*triple))
+        .collect())
+}
+
+fn garbled(field: &str, error: &ColumnError) -> ServiceError {
+    invalid(
+        "COLUMN_GARBLED",
+        field,
+        error.to_string(),
+        "give one form, of whole numbers' length",
+    )
+}

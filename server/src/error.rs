@@ -1,0 +1,81 @@
+//! Everything the service can refuse, in the domain's own words. [`crate::status`] says what clients see.
+
+use std::fmt::Display;
+
+use sinew_engine::SceneError;
+
+use crate::session::{End, Fault};
+
+/// Why a request is refused or a stream ends early.
+#[derive(Clone, Debug, thiserror::Error)]
+pub(crate) enum ServiceError {
+    #[error(transparent)]
+    Invalid(#[from] SceneError),
+    #[error("`{0}` is no session here; ListSessions names those that are")]
+    SessionUnknown(String),
+    #[error("`{0}` is no asset here; upload it by AssetService first")]
+    AssetUnknown(String),
+    #[error("`{0}` exists already; choose another session_id or delete it first")]
+    SessionExists(String),
+    #[error("`{0}` is being created by another request; try again")]
+    SessionBeingCreated(String),
+    #[error("request_id `{0}` made another session before; use a new one for a new request")]
+    RequestIdReused(String),
+    #[error("the server holds {0} sessions already; delete one first")]
+    TooManySessions(usize),
+    #[error("the server's assets would pass {0} bytes; raise max_asset_bytes")]
+    AssetsFull(u64),
+    #[error("the session is running; pause it first")]
+    Running,
+    #[error("{}", .0.message)]
+    Faulted(Fault),
+    #[error("the session ended: {0}")]
+    Ended(End),
+    #[error(
+        "the session is at step {actual}, not at expected_step {expected}; get the session and decide again"
+    )]
+    StepMismatch { expected: u64, actual: u64 },
+    #[error("{wanted} steps need {wanted} motion frames and {waiting} wait; stream more first")]
+    MotionStarved { wanted: usize, waiting: usize },
+    #[error("the session makes its own motion; only scenes with motion.external take a stream")]
+    MotionNotExternal,
+    #[error("another source streams to this session; end that stream first")]
+    MotionSourceBusy,
+    #[error("the stream's first item must be a hello; send it before any frame")]
+    MotionHelloMissing,
+    #[error("a hello came after the first item; open a new stream instead")]
+    MotionHelloRepeated,
+    #[error(
+        "frame.{field} went from {before} to {after}; it must {rule} within a stream, open a new one to start over"
+    )]
+    MotionBackwards {
+        field: &'static str,
+        before: String,
+        after: String,
+        rule: &'static str,
+    },
+    #[error("the server is shutting down; connect to another or try later")]
+    ShuttingDown,
+    #[error("the deadline passed; raise it or ask for less")]
+    DeadlineExceeded,
+    #[error("the message is no valid protobuf of this type: {0}")]
+    Garbled(String),
+    #[error("the message is over the limit: {0}; send less at once, or upload as an asset")]
+    MessageTooLarge(String),
+    #[error("an error of ours: {0}")]
+    Internal(String),
+}
+
+/// Refuses a value of a request: the field's path, what is wrong with its value, what to do.
+pub(crate) fn invalid(
+    reason: &'static str,
+    field: impl Into<String>,
+    problem: impl Display,
+    remedy: impl Display,
+) -> ServiceError {
+    ServiceError::Invalid(SceneError {
+        reason,
+        field: field.into(),
+        message: format!("{problem}; {remedy}"),
+    })
+}

@@ -1,0 +1,27 @@
+//! The RPCs: from requests to sessions and back. No rule of the domain is decided here.
+
+mod asset;
+mod mesh;
+mod motion;
+mod session;
+
+use std::sync::Arc;
+
+use tokio_util::task::TaskTracker;
+
+use crate::{
+    assets::Assets, config::Config, kernels::Kernels, metrics::Metrics, registry::Registry,
+};
+
+/// What all services share.
+#[derive(Clone)]
+pub(crate) struct Shared {
+    pub(crate) config: Arc<Config>,
+    pub(crate) registry: Arc<Registry>,
+    pub(crate) assets: Arc<Assets>,
+    pub(crate) kernels: Kernels,
+    pub(crate) metrics: Arc<Metrics>,
+    pub(crate) viewer: sinew_viewer::Viewer,
+    /// Tasks behind streams; shutdown waits for them.
+    pub(crate) streams: TaskTracker,
+}

@@ -1,0 +1,362 @@
+//! SessionService.
+
+use std::{
+    sync::{Arc, atomic::AtomicBool},
+    time::SystemTime,
+};
+
+use base64::{Engine as _, prelude::BASE64_URL_SAFE_NO_PAD};
+use prost::Message as _;
+use sinew_engine::World;
+use sinew_proto::v1::{self, session_service_server::SessionService};
+use sinew_viewer::SessionInfo;
+use tonic::{Request, Response, Status};
+use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
+
+use super::Shared;
+use crate::{
+    convert,
+    error::{ServiceError, invalid},
+    registry::{Entry, Origin, Reserved},
+    session::{Activity, Drive, Handle, Report, Wish},
+};
+
+/// Steps that one request may ask for.
+const MAX_STEPS: u32 = 10_000;
+/// Sessions on a page where the request does not say, and at most.
+const PAGE: (usize, usize) = (100, 1000);
+
+#[tonic::async_trait]
+impl SessionService for Shared {
+    async fn create_session(
+        &self,
+        request: Request<v1::CreateSessionRequest>,
+    ) -> Result<Response<v1::Session>, Status> {
+        Ok(Response::new(self.create(request.into_inner()).await?))
+    }
+
+    async fn get_session(
+        &self,
+        request: Request<v1::GetSessionRequest>,
+    ) -> Result<Response<v1::Session>, Status> {
+        Ok(Response::new(
+            self.ask(&request.into_inner().name, Wish::Describe).await?,
+        ))
+    }
+
+    async fn list_sessions(
+        &self,
+        request: Request<v1::ListSessionsRequest>,
+    ) -> Result<Response<v1::ListSessionsResponse>, Status> {
+        Ok(Response::new(self.list(&request.into_inner()).await?))
+    }
+
+    async fn delete_session(
+        &self,
+        request: Request<v1::DeleteSessionRequest>,
+    ) -> Result<Response<v1::DeleteSessionResponse>, Status> {
+        self.registry.remove(&request.into_inner().name)?;
+        self.metrics.sessions.set(self.registry.len() as i64);
+        Ok(Response::new(v1::DeleteSessionResponse {}))
+    }
+
+    async fn run(&self, request: Request<v1::RunRequest>) -> Result<Response<v1::Session>, Status> {
+        Ok(Response::new(
+            self.ask(&request.into_inner().name, Wish::Run).await?,
+        ))
+    }
+
+    async fn pause(
+        &self,
+        request: Request<v1::PauseRequest>,
+    ) -> Result<Response<v1::Session>, Status> {
+        Ok(Response::new(
+            self.ask(&request.into_inner().name, Wish::Pause).await?,
+        ))
+    }
+
+    async fn step(
+        &self,
+        request: Request<v1::StepRequest>,
+    ) -> Result<Response<v1::StepResponse>, Status> {
+        let v1::StepRequest {
+            name,
+            steps,
+            expected_step,
+        } = request.into_inner();
+        let entry = self.registry.get(&name)?;
+        if steps > MAX_STEPS {
+            let remedy = format!("ask for at most {MAX_STEPS} at once");
+            return Err(
+                invalid("VALUE_OUT_OF_RANGE", "steps", format!("is {steps}"), remedy).into(),
+            );
+        }
+        let wish = Wish::Step {
+            steps: steps.max(1),
+            expected: expected_step,
+        };
+        let report = entry.handle.ask(wish).await?;
+        Ok(Response::new(v1::StepResponse {
+            step: report.frame.step,
+            time_seconds: report.frame.time_seconds,
+            digest: digest(report.digest),
+        }))
+    }
+}
+
+impl Shared {
+    async fn create(&self, request: v1::CreateSessionRequest) -> Result<v1::Session, ServiceError> {
+        let hash = xxh3_128(&request.encode_to_vec());
+        let v1::CreateSessionRequest {
+            session_id,
+            scene,
+            request_id,
+            validate_only,
+            run,
+        } = request;
+        if request_id.len() > 128 {
+            let problem = format!("has {} bytes", request_id.len());
+            return Err(invalid(
+                "REQUEST_ID_TOO_LONG",
+                "request_id",
+                problem,
+                "use at most 128",
+            ));
+        }
+        let name = session_name(&session_id, hash)?;
+        if validate_only {
+            let (world, _, _) = self.build(scene).await?;
+            return Ok(validated(name, &world));
+        }
+        let reservation = match self.registry.reserve(&name, Origin { request_id, hash })? {
+            Reserved::Known(entry) => return describe(&entry, Wish::Describe).await,
+            Reserved::New(reservation) => reservation,
+        };
+        let (world, drive, shown) = self.build(scene).await?;
+        let warnings = world.warnings().to_vec();
+        let time_step = world.time_step();
+        let publisher = self.viewer.open(&SessionInfo {
+            id: name.trim_start_matches("sessions/").to_owned(),
+            title: shown.title.clone(),
+            labels: shown.labels.clone(),
+            up: shown.up,
+        });
+        let publisher = publisher.map_err(|error| ServiceError::Internal(error.to_string()))?;
+        let handle = Handle::spawn(
+            world,
+            drive,
+            self.kernels.clone(),
+            publisher,
+            Arc::clone(&self.metrics),
+        );
+        let entry = reservation.fill(Entry {
+            name,
+            title: shown.title,
+            create_time: SystemTime::now(),
+            labels: shown.labels,
+            time_step,
+            external: drive == Drive::External,
+            warnings,
+            handle,
+            streaming: AtomicBool::new(false),
+        })?;
+        self.metrics.sessions.set(self.registry.len() as i64);
+        tracing::info!(session = entry.name, "session created");
+        describe(&entry, if run { Wish::Run } else { Wish::Describe }).await
+    }
+
+    /// Builds a scene's world on a kernel thread.
+    async fn build(
+        &self,
+        scene: Option<v1::Scene>,
+    ) -> Result<(World, Drive, ShownAs), ServiceError> {
+        let scene =
+            scene.ok_or_else(|| invalid("FIELD_MISSING", "scene", "is missing", "post a scene"))?;
+        let assets = Arc::clone(&self.assets);
+        let built = self.kernels.run(move || {
+            let (scene, drive) = convert::scene(scene, &assets)?;
+            let shown = ShownAs {
+                title: scene.title.clone(),
+                labels: scene.motion.labels(),
+                up: scene.up,
+            };
+            Ok((World::build(scene)?, drive, shown))
+        });
+        built.await.map_err(ServiceError::Internal)?
+    }
+
+    async fn ask(&self, name: &str, wish: Wish) -> Result<v1::Session, ServiceError> {
+        describe(&*self.registry.get(name)?, wish).await
+    }
+
+    /// One page of sessions.
+    pub(crate) async fn list(
+        &self,
+        request: &v1::ListSessionsRequest,
+    ) -> Result<v1::ListSessionsResponse, ServiceError> {
+        let (default, most) = PAGE;
+        let size = match usize::try_from(request.page_size) {
+            Ok(0) => default,
+            Ok(size) => size.min(most),
+            Err(_) => {
+                let problem = format!("is {}", request.page_size);
+                return Err(invalid(
+                    "VALUE_OUT_OF_RANGE",
+                    "page_size",
+                    problem,
+                    "give 1 to 1000",
+                ));
+            }
+        };
+        let after = read_token(&request.page_token)?;
+        let mut entries = self.registry.page(&after, size + 1);
+        let more = entries.len() > size;
+        entries.truncate(size);
+        let mut sessions = Vec::with_capacity(entries.len());
+        for entry in &entries {
+            // A session deleted since is no longer on the page.
+            if let Ok(session) = describe(entry, Wish::Describe).await {
+                sessions.push(session);
+            }
+        }
+        let next_page_token = entries
+            .last()
+            .filter(|_| more)
+            .map(|last| page_token(&last.name))
+            .unwrap_or_default();
+        Ok(v1::ListSessionsResponse {
+            sessions,
+            next_page_token,
+        })
+    }
+}
+
+/// How a session is shown to people.
+pub(super) struct ShownAs {
+    pub(super) title: String,
+    pub(super) labels: Vec<String>,
+    pub(super) up: sinew_engine::UpAxis,
+}
+
+/// `sessions/{id}`; an id of the server's making where the client gave none.
+fn session_name(id: &str, hash: u128) -> Result<String, ServiceError> {
+    if id.is_empty() {
+        let salt = crate::outlets::now_nanos();
+        return Ok(format!(
+            "sessions/s-{:012x}",
+            xxh3_64_with_seed(&hash.to_le_bytes(), salt) >> 16
+        ));
+    }
+    let tail = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+    let valid = id.len() <= 63 && id.as_bytes()[0].is_ascii_lowercase() && id.bytes().all(tail);
+    if !valid {
+        let remedy = "use 1 to 63 characters from a-z, 0-9 and -, starting with a letter";
+        return Err(invalid(
+            "ID_INVALID",
+            "session_id",
+            format!("is `{id}`"),
+            remedy,
+        ));
+    }
+    Ok(format!("sessions/{id}"))
+}
+
+/// A page token: the last name and a hash that a client does not make up by accident.
+fn page_token(last: &str) -> String {
+    BASE64_URL_SAFE_NO_PAD.encode(format!("{:016x}{last}", token_hash(last)))
+}
+
+fn read_token(token: &str) -> Result<String, ServiceError> {
+    if token.is_empty() {
+        return Ok(String::new());
+    }
+    let read = || {
+        let text = String::from_utf8(BASE64_URL_SAFE_NO_PAD.decode(token).ok()?).ok()?;
+        let (hash, last) = text.split_at_checked(16)?;
+        (u64::from_str_radix(hash, 16).ok()? == token_hash(last)).then(|| last.to_owned())
+    };
+    read().ok_or_else(|| {
+        let remedy = "use the next_page_token of the page before, or none";
+        invalid(
+            "PAGE_TOKEN_FORGED",
+            "page_token",
+            format!("`{token}` is no token of this API"),
+            remedy,
+        )
+    })
+}
+
+fn token_hash(last: &str) -> u64 {
+    // "sinew" in ASCII: any server reads any server's tokens.
+    xxh3_64_with_seed(last.as_bytes(), 0x73_69_6e_65_77)
+}
+
+fn digest(digest: u128) -> String {
+    format!("{digest:032x}")
+}
+
+async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, ServiceError> {
+    let Report {
+        activity,
+        frame,
+        digest: hash,
+    } = entry.handle.ask(wish).await?;
+    let (state, fault) = match activity {
+        Activity::Paused => (v1::SessionState::Paused, None),
+        Activity::Running => (v1::SessionState::Running, None),
+        Activity::Faulted(fault) => {
+            let fault = v1::Fault {
+                reason: fault.reason.to_owned(),
+                message: fault.message,
+            };
+            (v1::SessionState::Faulted, Some(fault))
+        }
+    };
+    Ok(v1::Session {
+        name: entry.name.clone(),
+        state: state.into(),
+        create_time: Some(timestamp(entry.create_time)),
+        step: frame.step,
+        time_seconds: frame.time_seconds,
+        digest: digest(hash),
+        title: entry.title.clone(),
+        point_count: count(frame.points.len()),
+        vertex_count: count(frame.vertices.len()),
+        cell_count: count(frame.layout.cells.len()),
+        time_step_seconds: entry.time_step,
+        external_motion: entry.external,
+        fault,
+        warnings: entry.warnings.clone(),
+    })
+}
+
+/// What a scene would become.
+fn validated(name: String, world: &World) -> v1::Session {
+    let frame = world.frame();
+    v1::Session {
+        name,
+        state: v1::SessionState::Paused.into(),
+        digest: digest(world.digest()),
+        point_count: count(frame.points.len()),
+        vertex_count: count(frame.vertices.len()),
+        cell_count: count(frame.layout.cells.len()),
+        time_step_seconds: world.time_step(),
+        warnings: world.warnings().to_vec(),
+        ..v1::Session::default()
+    }
+}
+
+/// Counts that travel fit: indices are 32-bit.
+pub(super) fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}
+
+fn timestamp(time: SystemTime) -> sinew_proto::Timestamp {
+    let since = time
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .unwrap_or_default();
+    sinew_proto::Timestamp {
+        seconds: i64::try_from(since.as_secs()).unwrap_or(i64::MAX),
+        nanos: i32::try_from(since.subsec_nanos()).unwrap_or(0),
+    }
+}
