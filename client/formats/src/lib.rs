@@ -1,1 +1,4 @@
-//! Sinew formats.
+//! Files in and out: meshes and motion captures.
+
+pub mod mesh;
+pub mod take;
