@@ -1,49 +1,55 @@
-//! Motion/geometry mapping.
+//! Motion/geometry mapping: how moving points drive the vertices of a mesh.
+//!
+//! A [`Recipe`] names one choice per stage; [`bind`] runs the stages at rest and [`Binding::pose`] the last one every step.
+//! Each stage is a function from the value before it to a new value, in a file of its own:
+//!
+//! ```text
+//! distance   how far each vertex is from its points            [W1]
+//! filter     which of them it keeps                            [F1]
+//! clusters   which vertices keep the same points               [C1]
+//! weights    how strongly each kept point acts                 [W2] to [W5]
+//! operator   all of it compiled: a linear map [M1], or one rigid motion per cluster [M2] to [M4]
+//! ```
+//!
+//! Displacements are from the initial frame. SI units, world frame, double precision. Results have the same bits for
+//! any number of threads.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use sinew_mapping::{bind, Filter, Kernel, Recipe, Rule, Weighting};
+//!
+//! let points = [Vector3::zeros(), Vector3::new(2.0, 0.0, 0.0)];
+//! let vertices = [Vector3::new(1.0, 0.0, 0.0)];
+//! let recipe = Recipe {
+//!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None },
+//!     filter: Filter::KeepK(8),
+//!     rule: Rule::WeightedMean,
+//! };
+//! let mut binding = bind(&vertices, &points, &[true, true], &recipe)?;
+//!
+//! let lifted = [Vector3::zeros(), Vector3::new(2.0, 0.0, 1.0)];
+//! let mut posed = [Vector3::zeros()];
+//! binding.pose(&lifted, &mut posed)?;
+//! assert_eq!(posed[0], Vector3::new(1.0, 0.0, 0.5)); // halfway between the points: half the motion
+//! # Ok::<(), sinew_mapping::MappingError>(())
+//! ```
+//!
+//! The tags in the documentation, such as `[W1]`, are the lines of `EQUATIONS.md`.
 
-/// How points drive vertices: weights, then a filter, then a rule.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Recipe {
-    /// How strongly each point acts on each vertex.
-    pub weighting: Weighting,
-    /// Which points each vertex keeps.
-    pub filter: Filter,
-    /// How the kept points move the vertex.
-    pub rule: Rule,
-}
+mod binding;
+mod blocks;
+mod clusters;
+mod distance;
+mod error;
+mod filter;
+#[cfg(test)]
+mod goldens;
+mod linear;
+mod recipe;
+mod rigid;
+mod rotation;
+mod weights;
 
-/// How strongly a point acts on a vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Weighting {
-    /// By distance at rest; `scale` in m, `None` for the mean distance of a point to its nearest neighbour.
-    Distance {
-        /// The law.
-        kernel: Kernel,
-        /// Length scale, m.
-        scale: Option<f64>,
-    },
-}
-
-/// A law of weight against distance r with length scale s.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// exp(-(r/s)²/2)
-    Gaussian,
-    /// (s/r)²
-    InverseSquare,
-}
-
-/// Which points each vertex keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
-    /// The k with the greatest weights.
-    KeepK(usize),
-}
-
-/// How the kept points move a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
-    /// The weighted mean of displacements.
-    WeightedMean,
-    /// The best rigid motion.
-    ShapeMatching,
-}
+pub use binding::{Binding, MAX_INFLUENCES, bind};
+pub use error::MappingError;
+pub use recipe::{Filter, Kernel, Recipe, Rule, Weighting};

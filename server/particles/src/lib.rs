@@ -1,26 +1,38 @@
-//! Particle systems.
+//! Particle systems: mass-spring networks under gravity, integrated by semi-implicit Euler.
+//!
+//! A [`NetworkSpec`] says what is wanted, [`Network::new`] checks every value of it, and [`Network::step`] moves the
+//! particles. SI units, world frame, double precision. Results have the same bits for any number of threads.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use sinew_particles::{Network, NetworkSpec};
+//!
+//! let mut network = Network::new(NetworkSpec {
+//!     positions: vec![Vector3::zeros(), Vector3::new(1.0, 0.0, 0.0)],
+//!     velocities: vec![Vector3::zeros(); 2],
+//!     masses: vec![1.0, 0.5],
+//!     fixed: vec![0],
+//!     springs: vec![[0, 1]],
+//!     stiffness: vec![100.0],
+//!     damping: vec![0.1],
+//!     rest_lengths: None,
+//!     gravity: Vector3::new(0.0, 0.0, -9.81),
+//! })?;
+//! let dt = 0.5 * network.largest_stable_step();
+//! for _ in 0..100 {
+//!     network.step(dt)?;
+//! }
+//! assert_eq!(network.positions()[0], Vector3::zeros());
+//! assert!(network.positions()[1].z < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The tags in the documentation, such as `[P1]`, are the lines of `EQUATIONS.md`.
 
-use nalgebra::Vector3;
+mod error;
+mod network;
+mod spec;
 
-/// A mass-spring network as described, before anything is checked. Columns have one entry per particle or per spring.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct NetworkSpec {
-    /// m.
-    pub positions: Vec<Vector3<f64>>,
-    /// m/s.
-    pub velocities: Vec<Vector3<f64>>,
-    /// kg.
-    pub masses: Vec<f64>,
-    /// Particles that never move.
-    pub fixed: Vec<u32>,
-    /// The two particles of each spring.
-    pub springs: Vec<[u32; 2]>,
-    /// N/m.
-    pub stiffness: Vec<f64>,
-    /// N s/m.
-    pub damping: Vec<f64>,
-    /// m; `None` for the distance at the start.
-    pub rest_lengths: Option<Vec<f64>>,
-    /// m/s².
-    pub gravity: Vector3<f64>,
-}
+pub use error::{Diverged, NetworkError};
+pub use network::Network;
+pub use spec::NetworkSpec;

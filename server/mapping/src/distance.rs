@@ -1,0 +1,103 @@
+use std::num::NonZeroUsize;
+
+use kiddo::SquaredEuclidean;
+use kiddo::immutable::float::kdtree::ImmutableKdTree;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::blocks::{BLOCK, worth_sharing};
+
+/// Points within reach of each vertex, and how far they are: the first stage. `[W1]`
+///
+/// Rows of `stride` entries, one row per vertex, nearest first, equal distances by index. Rows with fewer points end in
+/// entries at infinite distance.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Distances {
+    pub(crate) stride: usize,
+    pub(crate) points: Vec<u32>,
+    pub(crate) squared: Vec<f64>, // m²
+}
+
+type Tree = ImmutableKdTree<f64, u32, 3, 32>;
+
+/// The `count` ≥ 1 nearest of the usable points for each vertex (all, if there are fewer).
+///
+/// Weights fall with distance, so these are the greatest `count` weights, and nothing else need be computed for a
+/// filter that keeps no more. O(V log P) for few ties.
+pub(crate) fn nearest(
+    vertices: &[Vector3<f64>],
+    points: &[Vector3<f64>],
+    usable: &[u32],
+    count: usize,
+) -> Distances {
+    let places: Vec<[f64; 3]> = usable.iter().map(|&j| points[j as usize].into()).collect();
+    let tree = Tree::new_from_slice(&places);
+    let stride = count.min(usable.len());
+    let mut distances = Distances {
+        stride,
+        points: vec![usable[0]; vertices.len() * stride],
+        squared: vec![f64::INFINITY; vertices.len() * stride],
+    };
+    let fill = |vertices: &[Vector3<f64>], points: &mut [u32], squared: &mut [f64]| {
+        let rows = points
+            .chunks_exact_mut(stride)
+            .zip(squared.chunks_exact_mut(stride));
+        for (vertex, (points, squared)) in vertices.iter().zip(rows) {
+            fill_row(&tree, usable, &(*vertex).into(), points, squared);
+        }
+    };
+    if worth_sharing(vertices.len()) {
+        vertices
+            .par_chunks(BLOCK)
+            .zip(distances.points.par_chunks_mut(BLOCK * stride))
+            .zip(distances.squared.par_chunks_mut(BLOCK * stride))
+            .for_each(|((vertices, points), squared)| fill(vertices, points, squared));
+    } else {
+        fill(vertices, &mut distances.points, &mut distances.squared);
+    }
+    distances
+}
+
+/// Fills one row; `usable` translates what the tree counts.
+fn fill_row(
+    tree: &Tree,
+    usable: &[u32],
+    vertex: &[f64; 3],
+    points: &mut [u32],
+    squared: &mut [f64],
+) {
+    let count = points.len();
+    // One more than asked for, to see whether the last one ties; if it does, more, until the tie is whole.
+    let mut asked = (count + 1).min(usable.len());
+    let mut found = loop {
+        let most = NonZeroUsize::new(asked).expect("a row holds at least one point");
+        let found = tree.nearest_n::<SquaredEuclidean>(vertex, most);
+        if asked == usable.len() || found[asked - 1].distance > found[count - 1].distance {
+            break found;
+        }
+        asked = (2 * asked).min(usable.len());
+    };
+    // `usable` rises, so the tree's own numbers order ties like the points'.
+    found.sort_unstable_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.item.cmp(&b.item)));
+    for ((point, squared), near) in points.iter_mut().zip(squared).zip(&found) {
+        *point = usable[near.item as usize];
+        *squared = near.distance;
+    }
+}
+
+/// The mean distance, m, of the usable points to their nearest neighbour in another place; `None` if there is no other
+/// place. `[W5]`
+pub(crate) fn spacing(points: &[Vector3<f64>], usable: &[u32]) -> Option<f64> {
+    let place = |&j: &u32| -> [f64; 3] { points[j as usize].map(|c| c + 0.0).into() }; // −0 + 0 = 0
+    let mut places: Vec<[f64; 3]> = usable.iter().map(place).collect();
+    places.sort_unstable_by(|a, b| a.partial_cmp(b).expect("coordinates are finite"));
+    places.dedup();
+    if places.len() < 2 {
+        return None;
+    }
+    let tree = Tree::new_from_slice(&places);
+    let two = NonZeroUsize::new(2).expect("two is not zero");
+    let nearest = |place| tree.nearest_n::<SquaredEuclidean>(place, two)[1].distance;
+    let sum: f64 = places.iter().map(|place| nearest(place).sqrt()).sum();
+    Some(sum / places.len() as f64)
+}

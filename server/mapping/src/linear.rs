@@ -1,0 +1,90 @@
+use nalgebra::Vector3;
+
+use crate::blocks::for_each_block;
+use crate::weights::Weights;
+
+/// The weighted mean of displacements from rest, `x = x⁰ + Σ w (p − p⁰)`. `[M1]`
+#[derive(Clone, Debug)]
+pub(crate) struct Linear {
+    rest_vertices: Vec<Vector3<f64>>,
+    rest_points: Vec<Vector3<f64>>,
+    /// This step's, one per point: kept between steps for its memory only.
+    displacements: Vec<Displacement>,
+}
+
+/// p − p⁰ and a zero, so that a load is two full vectors and never straddles a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Displacement([f64; 4]);
+
+impl Linear {
+    pub(crate) fn new(vertices: &[Vector3<f64>], points: &[Vector3<f64>]) -> Self {
+        Self {
+            rest_vertices: vertices.to_vec(),
+            rest_points: points.to_vec(),
+            displacements: vec![Displacement([0.0; 4]); points.len()],
+        }
+    }
+
+    pub(crate) fn pose(
+        &mut self,
+        weights: &Weights,
+        points: &[Vector3<f64>],
+        out: &mut [Vector3<f64>],
+    ) {
+        for ((displacement, now), rest) in self
+            .displacements
+            .iter_mut()
+            .zip(points)
+            .zip(&self.rest_points)
+        {
+            let d = now - rest;
+            *displacement = Displacement([d.x, d.y, d.z, 0.0]);
+        }
+        let (rest, displacements, stride) =
+            (&self.rest_vertices, &self.displacements, weights.stride);
+        for_each_block(out, |first, out| {
+            let rows = first * stride..(first + out.len()) * stride;
+            pose_block(
+                &rest[first..first + out.len()],
+                &weights.points[rows.clone()],
+                &weights.values[rows],
+                stride,
+                displacements,
+                out,
+            );
+        });
+    }
+
+    /// Bytes that a pose reads and writes, each array once.
+    pub(crate) fn bytes(&self, weights: &Weights) -> usize {
+        2 * size_of_val(&*self.rest_vertices)
+            + size_of_val(&*weights.points)
+            + size_of_val(&*weights.values)
+            + size_of_val(&*self.rest_points)
+            + size_of_val(&*self.displacements)
+    }
+}
+
+fn pose_block(
+    rest: &[Vector3<f64>],
+    points: &[u32],
+    weights: &[f64],
+    stride: usize,
+    displacements: &[Displacement],
+    out: &mut [Vector3<f64>],
+) {
+    let rows = points
+        .chunks_exact(stride)
+        .zip(weights.chunks_exact(stride));
+    for ((out, rest), (points, weights)) in out.iter_mut().zip(rest).zip(rows) {
+        let mut sum = [0.0; 4];
+        for (&point, &weight) in points.iter().zip(weights) {
+            let Displacement(d) = &displacements[point as usize];
+            for axis in 0..4 {
+                sum[axis] += weight * d[axis];
+            }
+        }
+        *out = Vector3::new(rest.x + sum[0], rest.y + sum[1], rest.z + sum[2]);
+    }
+}

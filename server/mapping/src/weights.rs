@@ -1,0 +1,88 @@
+use rayon::prelude::*;
+
+use crate::Kernel;
+use crate::blocks::{BLOCK, worth_sharing};
+use crate::distance::Distances;
+
+/// How strongly the kept points act on each vertex.
+///
+/// Rows of `stride` entries, one row per vertex; each row sums to 1 `[W4]`, or is all zero where no point is in reach.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Weights {
+    pub(crate) stride: usize,
+    pub(crate) points: Vec<u32>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// Turns distances into weights that sum to 1, with `scale` > 0 in m.
+pub(crate) fn normalise(distances: Distances, kernel: Kernel, scale: f64) -> Weights {
+    let Distances {
+        stride,
+        points,
+        squared: mut values,
+    } = distances;
+    let rows = |values: &mut [f64]| {
+        for row in values.chunks_exact_mut(stride) {
+            normalise_row(row, kernel, scale);
+        }
+    };
+    if worth_sharing(values.len() / stride) {
+        (values.par_chunks_mut(BLOCK * stride)).for_each(rows);
+    } else {
+        rows(&mut values);
+    }
+    Weights {
+        stride,
+        points,
+        values,
+    }
+}
+
+/// Replaces the squared distances of a row by its weights.
+///
+/// Each weight is first taken relative to the greatest: that one is 1 however far the vertex, so the sum never vanishes.
+fn normalise_row(row: &mut [f64], kernel: Kernel, scale: f64) {
+    let nearest = row.iter().copied().fold(f64::INFINITY, f64::min);
+    for value in row.iter_mut() {
+        *value = if *value == f64::INFINITY {
+            0.0
+        } else {
+            match kernel {
+                Kernel::Gaussian => (-0.5 * (*value - nearest) / (scale * scale)).exp(), // [W2]
+                // Equal first: a vertex on a point would give 0/0.
+                Kernel::InverseSquare if *value == nearest => 1.0,
+                Kernel::InverseSquare => nearest / *value, // [W3]
+            }
+        };
+    }
+    let sum: f64 = row.iter().sum();
+    if sum > 0.0 {
+        row.iter_mut().for_each(|weight| *weight /= sum); // [W4]
+    }
+}
+
+impl Weights {
+    /// The points with their weights of one vertex.
+    pub(crate) fn row(&self, vertex: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let row = vertex * self.stride..(vertex + 1) * self.stride;
+        let points = self.points[row.clone()].iter().copied();
+        points.zip(self.values[row].iter().copied())
+    }
+
+    /// The point of greatest weight of each vertex, ties to the lower index.
+    pub(crate) fn dominant(&self) -> Vec<u32> {
+        let strongest = |(points, values): (&[u32], &[f64])| {
+            let mut best = (points[0], values[0]);
+            for (&point, &value) in points.iter().zip(values) {
+                if value > best.1 || (value == best.1 && point < best.0) {
+                    best = (point, value);
+                }
+            }
+            best.0
+        };
+        let rows = self.points.chunks_exact(self.stride);
+        rows.zip(self.values.chunks_exact(self.stride))
+            .map(strongest)
+            .collect()
+    }
+}
