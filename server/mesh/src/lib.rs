@@ -1,6 +1,26 @@
 //! Polyhedral meshes as VTK's unstructured grids: what they are, what is wrong with them, their surface, and lattices
 //! made around points. This crate knows coordinates; it knows no motion and no file.
+//!
+//! Whatever comes from outside passes [`Grid::check`] first; every other function takes a checked grid for granted.
 
+mod adjacency;
+mod cell_faces;
+mod check;
 mod grid;
+mod inspect;
+mod lattice;
+mod measure;
+mod repair;
+pub mod shapes;
+mod stuffing;
+mod surface;
+mod winding;
 
-pub use grid::{CellShape, CellType, Cells, Grid};
+pub use cell_faces::Face;
+pub use check::GridError;
+pub use grid::{Cell, CellShape, CellType, Cells, Grid};
+pub use inspect::{Inspection, inspect};
+pub use lattice::{Capsule, LatticeError, MOST_CELLS, lattice};
+pub use measure::{area, volume};
+pub use repair::{Fault, Repairs, repair};
+pub use surface::{Surface, surface, vertex_normals};
