@@ -1,0 +1,148 @@
+//! What a take holds.
+
+use serde_json::json;
+use sinew_formats::take::{self, Options, Take, Up};
+
+use super::{Arguments, some};
+use crate::{
+    Failure,
+    table::{Table, count},
+};
+
+pub(super) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
+    let options = Options {
+        unit_scale: arguments.unit_scale,
+    };
+    let take = take::read(&arguments.file, &options)?;
+    if arguments.json {
+        println!("{:#}", to_json(&take));
+    } else {
+        println!("{}", arguments.file.display());
+        print!("{}", describe(&take));
+    }
+    Ok(())
+}
+
+fn seconds(take: &Take) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53 frames")]
+    let frames = take.frames() as f64;
+    frames / take.rate_hz()
+}
+
+fn up(take: &Take) -> Option<&'static str> {
+    take.up().map(|up| match up {
+        Up::Y => "y",
+        Up::Z => "z",
+    })
+}
+
+fn describe(take: &Take) -> String {
+    let mut table = Table::of_words();
+    let frames = format!(
+        "{} at {} Hz, {:.2} s from {:.3} s",
+        count(take.frames() as u64),
+        take.rate_hz(),
+        seconds(take),
+        take.first_time_seconds()
+    );
+    table.row(["  frames", &frames]);
+    table.row(["  points", &count(take.labels().len() as u64)]);
+    if !take.skeleton().is_empty() {
+        table.row(["  bones", &count(take.skeleton().len() as u64)]);
+    }
+    table.row(["  up", up(take).unwrap_or("not known")]);
+    let gaps = take.gaps();
+    let hidden: usize = gaps.iter().map(|gap| gap.missing).sum();
+    table.row([
+        "  hidden",
+        &format!(
+            "{} of {} samples",
+            count(hidden as u64),
+            count(take.visible().len() as u64)
+        ),
+    ]);
+    let labels: Vec<_> = take.labels().iter().collect();
+    table.row(["  labels", &some(&labels)]);
+    let mut text = table.to_string();
+    let mut hidden = Table::of_numbers();
+    hidden.row(["  point", "hidden", "gaps", "longest"]);
+    for (label, gap) in take
+        .labels()
+        .iter()
+        .zip(&gaps)
+        .filter(|(_, gap)| gap.missing > 0)
+    {
+        hidden.row([
+            format!("  {label}"),
+            format!("{:.1} %", 100.0 * gap.missing_share(take.frames())),
+            count(gap.gaps as u64),
+            count(gap.longest as u64),
+        ]);
+    }
+    if gaps.iter().any(|gap| gap.missing > 0) {
+        text += &format!("\nhidden, in frames:\n{hidden}");
+    }
+    for warning in take.warnings() {
+        text += &format!("warning: {warning}\n");
+    }
+    text
+}
+
+fn to_json(take: &Take) -> serde_json::Value {
+    let points: Vec<_> = take
+        .labels()
+        .iter()
+        .zip(take.gaps())
+        .map(|(label, gap)| {
+            json!({
+                "label": label, "missing": gap.missing, "gaps": gap.gaps, "longestGap": gap.longest,
+            })
+        })
+        .collect();
+    json!({
+        "kind": "take",
+        "format": take.format().map(take::Format::extension),
+        "frames": take.frames(),
+        "rateHz": take.rate_hz(),
+        "firstTimeSeconds": take.first_time_seconds(),
+        "up": up(take),
+        "points": points,
+        "skeleton": take.skeleton(),
+        "warnings": take.warnings(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    fn wave() -> Take {
+        let seen = Some(Vector3::x());
+        Take::new(["hand", "foot"], 50.0, [seen, seen, None, seen])
+    }
+
+    #[test]
+    fn the_text_names_what_is_hidden() {
+        assert_eq!(
+            describe(&wave()),
+            "  frames  2 at 50 Hz, 0.04 s from 0.000 s\n  \
+               points  2\n  \
+               up      not known\n  \
+               hidden  1 of 4 samples\n  \
+               labels  hand foot\n\
+             \nhidden, in frames:\n  \
+               point  hidden  gaps  longest\n  \
+               hand   50.0 %     1        1\n"
+        );
+    }
+
+    #[test]
+    fn the_json_holds_every_point() {
+        let json = to_json(&wave());
+        assert_eq!(json["points"][0]["missing"], 1);
+        assert_eq!(json["points"][1]["label"], "foot");
+        assert_eq!(json["rateHz"], 50.0);
+    }
+}

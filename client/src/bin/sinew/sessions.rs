@@ -1,0 +1,158 @@
+//! `sinew sessions`: the sessions of a server.
+
+use clap::{Args, Subcommand};
+use sinew_client::Client;
+use sinew_proto::v1::{Session, SessionState, StepRequest};
+
+use crate::{
+    Failure,
+    connection::{Connection, session_name},
+    table::{Table, count},
+};
+
+/// Lists a server's sessions; runs, pauses, steps or deletes one.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  sinew sessions                      lists them
+  sinew sessions pause walk
+  sinew sessions step walk --steps 10
+  sinew sessions delete walk")]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    connection: Connection,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Lets a session step by itself.
+    Run {
+        /// The session.
+        session: String,
+    },
+    /// Stops a session after the step under way.
+    Pause {
+        /// The session.
+        session: String,
+    },
+    /// Takes steps of a paused session; prints the state's digest.
+    Step {
+        /// The session.
+        session: String,
+        /// How many.
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        steps: u32,
+        /// Refuse unless the session has taken exactly so many steps.
+        #[arg(long, value_name = "STEP")]
+        expected_step: Option<u64>,
+    },
+    /// Ends a session.
+    Delete {
+        /// The session.
+        session: String,
+    },
+}
+
+pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
+    let client = arguments.connection.open().await?;
+    match arguments.command {
+        None => list(&client).await?,
+        Some(Command::Run { session }) => {
+            let session = client.run(&session_name(&session)).await?;
+            println!("{} runs from step {}", session.name, session.step);
+        }
+        Some(Command::Pause { session }) => {
+            let session = client.pause(&session_name(&session)).await?;
+            println!("{} is paused at step {}", session.name, session.step);
+        }
+        Some(Command::Step {
+            session,
+            steps,
+            expected_step,
+        }) => {
+            let name = session_name(&session);
+            let answer = client
+                .step(StepRequest {
+                    name,
+                    steps,
+                    expected_step,
+                })
+                .await?;
+            println!(
+                "step {}  time {:.3} s  digest {}",
+                answer.step, answer.time_seconds, answer.digest
+            );
+        }
+        Some(Command::Delete { session }) => {
+            let name = session_name(&session);
+            client.delete_session(&name).await?;
+            println!("{name} is deleted");
+        }
+    }
+    Ok(())
+}
+
+async fn list(client: &Client) -> Result<(), Failure> {
+    let sessions = client.all_sessions().await?;
+    if sessions.is_empty() {
+        println!("no sessions");
+    } else {
+        print!("{}", table(&sessions));
+    }
+    Ok(())
+}
+
+fn table(sessions: &[Session]) -> Table {
+    let mut table = Table::of_numbers();
+    table.row([
+        "session", "state", "step", "time", "points", "vertices", "cells", "title",
+    ]);
+    for session in sessions {
+        table.row([
+            session.name.trim_start_matches("sessions/").to_owned(),
+            state(session).to_owned(),
+            count(session.step),
+            format!("{:.2} s", session.time_seconds),
+            count(u64::from(session.point_count)),
+            count(u64::from(session.vertex_count)),
+            count(u64::from(session.cell_count)),
+            session.title.clone(),
+        ]);
+    }
+    table
+}
+
+fn state(session: &Session) -> &'static str {
+    match session.state() {
+        SessionState::Unspecified => "unknown",
+        SessionState::Paused => "paused",
+        SessionState::Running => "running",
+        SessionState::Faulted => "faulted",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sessions_stand_in_columns() {
+        let walk = Session {
+            name: "sessions/walk".to_owned(),
+            state: SessionState::Running.into(),
+            step: 1234,
+            time_seconds: 10.283,
+            title: "A walk".to_owned(),
+            point_count: 30,
+            vertex_count: 20_000,
+            cell_count: 90_000,
+            ..Session::default()
+        };
+        assert_eq!(
+            table(&[walk]).to_string(),
+            "session    state   step     time  points  vertices   cells   title\n\
+             walk     running  1,234  10.28 s      30    20,000  90,000  A walk\n"
+        );
+    }
+}

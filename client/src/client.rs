@@ -1,0 +1,211 @@
+//! The typed client: one method for each RPC.
+
+use std::time::Duration;
+
+use sinew_mesh::Grid;
+use sinew_proto::v1;
+use tonic::transport::{Channel, Endpoint};
+use v1::{
+    asset_service_client::AssetServiceClient, mesh_service_client::MeshServiceClient,
+    motion_service_client::MotionServiceClient, session_service_client::SessionServiceClient,
+};
+
+use crate::{ClientError, MotionStream, Subscription, grid, motion, upload};
+
+/// Largest message taken: a keyframe of 5 million f32 vertices. Greater items come as chunks.
+const MAX_MESSAGE_BYTES: usize = 64 << 20;
+
+/// Meshes up to this size travel inside the scene; the server takes messages of 4 MiB.
+const MAX_INLINE_BYTES: usize = 3 << 20;
+
+/// A connection to a server. Cheap to clone; clones share the connection.
+#[derive(Clone, Debug)]
+pub struct Client {
+    channel: Channel,
+}
+
+impl Client {
+    /// Connects to `address`, `HOST:PORT` or a whole `http://` URL.
+    ///
+    /// # Errors
+    /// [`ClientError::Address`] and [`ClientError::Connect`].
+    pub async fn connect(address: &str) -> Result<Self, ClientError> {
+        let url = if address.contains("://") {
+            address.to_owned()
+        } else {
+            format!("http://{address}")
+        };
+        let endpoint =
+            Endpoint::from_shared(url).map_err(|_| ClientError::Address(address.to_owned()))?;
+        let channel = endpoint
+            .tcp_nodelay(true)
+            // The receiver sets the windows: without this a mesh of 100k vertices waits for window updates.
+            .http2_adaptive_window(true)
+            .connect_timeout(Duration::from_secs(5))
+            .http2_keep_alive_interval(Duration::from_secs(20))
+            .connect()
+            .await
+            .map_err(|source| ClientError::Connect {
+                address: address.to_owned(),
+                source,
+            })?;
+        Ok(Self { channel })
+    }
+
+    /// Creates a session.
+    ///
+    /// # Errors
+    /// The server's refusal of the scene or of the id.
+    pub async fn create_session(
+        &self,
+        request: v1::CreateSessionRequest,
+    ) -> Result<v1::Session, ClientError> {
+        Ok(self.sessions().create_session(request).await?.into_inner())
+    }
+
+    /// Reads a session.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`.
+    pub async fn session(&self, name: &str) -> Result<v1::Session, ClientError> {
+        let name = name.to_owned();
+        let request = v1::GetSessionRequest { name };
+        Ok(self.sessions().get_session(request).await?.into_inner())
+    }
+
+    /// Reads one page of the sessions.
+    ///
+    /// # Errors
+    /// The server's refusal of the page.
+    pub async fn list_sessions(
+        &self,
+        request: v1::ListSessionsRequest,
+    ) -> Result<v1::ListSessionsResponse, ClientError> {
+        Ok(self.sessions().list_sessions(request).await?.into_inner())
+    }
+
+    /// Reads all sessions, page after page.
+    ///
+    /// # Errors
+    /// The server's refusal.
+    pub async fn all_sessions(&self) -> Result<Vec<v1::Session>, ClientError> {
+        let mut request = v1::ListSessionsRequest::default();
+        let mut sessions = Vec::new();
+        loop {
+            let page = self.list_sessions(request).await?;
+            sessions.extend(page.sessions);
+            if page.next_page_token.is_empty() {
+                return Ok(sessions);
+            }
+            request = v1::ListSessionsRequest {
+                page_size: 0,
+                page_token: page.next_page_token,
+            };
+        }
+    }
+
+    /// Ends a session.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`.
+    pub async fn delete_session(&self, name: &str) -> Result<(), ClientError> {
+        let name = name.to_owned();
+        let request = v1::DeleteSessionRequest { name };
+        self.sessions().delete_session(request).await?;
+        Ok(())
+    }
+
+    /// Lets a session step by itself.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `FAILED_PRECONDITION`.
+    pub async fn run(&self, name: &str) -> Result<v1::Session, ClientError> {
+        let name = name.to_owned();
+        let request = v1::RunRequest { name };
+        Ok(self.sessions().run(request).await?.into_inner())
+    }
+
+    /// Stops a session after the step under way.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `FAILED_PRECONDITION`.
+    pub async fn pause(&self, name: &str) -> Result<v1::Session, ClientError> {
+        let name = name.to_owned();
+        let request = v1::PauseRequest { name };
+        Ok(self.sessions().pause(request).await?.into_inner())
+    }
+
+    /// Takes some steps of a paused session.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `FAILED_PRECONDITION`, `ABORTED` where the session is not at `expected_step`.
+    pub async fn step(&self, request: v1::StepRequest) -> Result<v1::StepResponse, ClientError> {
+        Ok(self.sessions().step(request).await?.into_inner())
+    }
+
+    /// Uploads a grid.
+    ///
+    /// # Errors
+    /// `INVALID_ARGUMENT` where it is no valid grid, `RESOURCE_EXHAUSTED` where the server's store is full.
+    pub async fn upload_grid(&self, grid: &v1::UnstructuredGrid) -> Result<v1::Asset, ClientError> {
+        let items = futures::stream::iter(upload::requests(grid));
+        let mut assets = AssetServiceClient::new(self.channel.clone());
+        Ok(assets.upload_asset(items).await?.into_inner())
+    }
+
+    /// Makes a scene's mesh of a grid: inside the scene where it is small, else uploaded.
+    ///
+    /// # Errors
+    /// As [`Client::upload_grid`].
+    pub async fn mesh(&self, grid: &Grid) -> Result<v1::Mesh, ClientError> {
+        let packed = grid::to_proto(grid);
+        let source = if upload::size(&packed) <= MAX_INLINE_BYTES {
+            v1::mesh::Source::Grid(packed)
+        } else {
+            v1::mesh::Source::Asset(self.upload_grid(&packed).await?.name)
+        };
+        Ok(v1::Mesh {
+            source: Some(source),
+        })
+    }
+
+    /// Opens a stream of motion: says Hello, waits until the session accepts, then sends `frames` as they come; see
+    /// [`crate::Take`] for those of a take. The stream is closed after the last frame.
+    ///
+    /// # Errors
+    /// The server's refusal of the Hello.
+    pub async fn stream_motion(
+        &self,
+        hello: v1::Hello,
+        frames: impl futures::Stream<Item = v1::MotionFrame> + Send + 'static,
+    ) -> Result<MotionStream, ClientError> {
+        let mut client = MotionServiceClient::new(self.channel.clone());
+        let answers = client
+            .stream_motion(motion::requests(hello, frames))
+            .await?;
+        MotionStream::open(answers.into_inner()).await
+    }
+
+    /// Subscribes to a session's mesh and points.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT`.
+    pub async fn subscribe(
+        &self,
+        mut request: v1::SubscribeRequest,
+    ) -> Result<Subscription, ClientError> {
+        if request.max_message_bytes == 0 {
+            request.max_message_bytes =
+                u32::try_from(MAX_MESSAGE_BYTES).expect("64 MiB fits 32 bits");
+        }
+        let content = request.content();
+        let mut client = MeshServiceClient::new(self.channel.clone())
+            .max_decoding_message_size(MAX_MESSAGE_BYTES + (64 << 10));
+        let items = client.subscribe(request).await?.into_inner();
+        Ok(Subscription::new(items, content))
+    }
+
+    fn sessions(&self) -> SessionServiceClient<Channel> {
+        SessionServiceClient::new(self.channel.clone())
+    }
+}

@@ -1,0 +1,118 @@
+//! Scene files: `sinew.v1.Scene` in protobuf's JSON mapping, or TOML with the same names.
+//!
+//! Two fields exist in files only and are resolved here, before the scene is posted: `motion.external.file`, a take
+//! (C3D, TRC, BVH), and `mesh.file`, a mesh. Both paths are relative to the scene file. From a take come
+//!
+//! * `motion.external.labels`, `restPositions`, `absent` and `rateHz`, each where the scene leaves it empty;
+//! * `mesh.lattice.bones`, the take's skeleton, where the scene asks for a lattice and gives no bones;
+//! * `up`, where the take knows it and the scene does not say.
+
+mod parse;
+mod resolve;
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+pub use parse::{ParseError, Syntax};
+use sinew_formats::take::Take;
+use sinew_mesh::Grid;
+use sinew_proto::v1;
+
+use crate::{Client, ClientError};
+
+/// A scene with what its files hold.
+#[derive(Debug)]
+pub struct SceneFile {
+    /// The scene, complete save for the mesh where [`SceneFile::grid`] holds it.
+    pub scene: v1::Scene,
+    /// The take that moves its points.
+    pub take: Option<Take>,
+    /// The mesh read from `mesh.file`.
+    pub grid: Option<Grid>,
+    /// What the author should know of the files.
+    pub warnings: Vec<String>,
+}
+
+/// Why a scene file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneFileError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The scene file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The name does not tell the syntax.
+    #[error("{}: a scene file ends in .json or .toml", .0.display())]
+    Extension(PathBuf),
+    /// The text is no scene.
+    #[error("{}, {source}", path.display())]
+    Parse {
+        /// The scene file.
+        path: PathBuf,
+        /// Where and what.
+        source: ParseError,
+    },
+    /// The file that a field names cannot be used.
+    #[error("{}, {field}: {problem}", path.display())]
+    File {
+        /// The scene file.
+        path: PathBuf,
+        /// The field that names it.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: String,
+    },
+}
+
+impl SceneFile {
+    /// Reads a scene file and the files that it names.
+    ///
+    /// # Errors
+    /// [`SceneFileError`]: which file, which line or field, what is wrong.
+    pub fn load(path: &Path) -> Result<Self, SceneFileError> {
+        let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        let syntax = Syntax::of(path).ok_or_else(|| SceneFileError::Extension(path.to_owned()))?;
+        let scene = parse::scene(&text, syntax).map_err(|source| SceneFileError::Parse {
+            path: path.to_owned(),
+            source,
+        })?;
+        resolve::files(scene, path)
+    }
+
+    /// Makes a scene of a text and, where it names a take, of that take: what [`SceneFile::load`] does, without files.
+    ///
+    /// # Errors
+    /// [`ParseError`] where the text is no scene.
+    pub fn of_text(text: &str, syntax: Syntax, take: Option<Take>) -> Result<Self, ParseError> {
+        let mut file = Self {
+            scene: parse::scene(text, syntax)?,
+            take: None,
+            grid: None,
+            warnings: Vec::new(),
+        };
+        if let Some(take) = take {
+            file.apply(take);
+        }
+        Ok(file)
+    }
+
+    /// The scene, ready to be posted: its mesh is inside, or uploaded where it is large.
+    ///
+    /// # Errors
+    /// The server's refusal of the upload.
+    pub async fn scene_for(&self, client: &Client) -> Result<v1::Scene, ClientError> {
+        let mut scene = self.scene.clone();
+        if let Some(grid) = &self.grid {
+            scene.mesh = Some(client.mesh(grid).await?);
+        }
+        Ok(scene)
+    }
+}

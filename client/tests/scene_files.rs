@@ -1,0 +1,147 @@
+//! Scene files with the takes and meshes that they name.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "these functions are tests or serve them alone"
+)]
+
+use std::{fs, path::PathBuf};
+
+use sinew_client::{SceneFile, SceneFileError};
+use sinew_proto::v1;
+
+const TAKE: &str = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n\
+                    End Site\n{\nOFFSET 0 100 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.02\n50 0 0\n60 0 0\n";
+
+const MESH: &str = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+
+/// A folder of this test's own with a take, a mesh and the scene.
+fn folder(test: &str, scene: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
+    fs::create_dir_all(folder.join("takes")).unwrap();
+    fs::write(folder.join("takes/rise.bvh"), TAKE).unwrap();
+    fs::write(folder.join("shell.off"), MESH).unwrap();
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    folder.join("scene.toml")
+}
+
+fn external(scene: &v1::Scene) -> &v1::ExternalPoints {
+    match scene.motion.as_ref().unwrap().source.as_ref().unwrap() {
+        v1::motion::Source::External(points) => points,
+        v1::motion::Source::MassSpring(_) => panic!("a mass-spring network"),
+    }
+}
+
+fn lattice(scene: &v1::Scene) -> &v1::Lattice {
+    match scene.mesh.as_ref().unwrap().source.as_ref().unwrap() {
+        v1::mesh::Source::Lattice(lattice) => lattice,
+        v1::mesh::Source::Grid(_) | v1::mesh::Source::Asset(_) | v1::mesh::Source::File(_) => {
+            panic!("no lattice")
+        }
+    }
+}
+
+#[test]
+fn a_take_fills_what_the_scene_leaves_open() {
+    let path = folder(
+        "fill",
+        "motion.external.file = \"takes/rise.bvh\"\nmesh.lattice = { spacing = 0.1, radius = 0.2 }\n",
+    );
+    let file = SceneFile::load(&path).unwrap();
+    let points = external(&file.scene);
+    assert_eq!(points.labels, ["hip", "hip_end"]);
+    assert_eq!(points.rate_hz, 50.0);
+    assert_eq!(points.file, "", "the server refuses a scene with a file");
+    assert_eq!(
+        points.rest_positions.as_ref().unwrap().unpack().unwrap(),
+        [0.5, 0.0, 0.0, 0.5, 1.0, 0.0]
+    );
+    assert_eq!(points.absent, None);
+    let [bone] = &lattice(&file.scene).bones[..] else {
+        panic!("the skeleton has one bone")
+    };
+    assert_eq!((bone.from.as_str(), bone.to.as_str()), ("hip", "hip_end"));
+    assert_eq!(file.scene.up(), v1::UpAxis::Y);
+    assert_eq!(file.take.unwrap().frames(), 2);
+}
+
+#[test]
+fn a_take_changes_nothing_that_the_scene_says() {
+    let path = folder(
+        "keep",
+        "up = \"UP_AXIS_Z\"\n\
+         [motion.external]\nfile = \"takes/rise.bvh\"\nrateHz = 25\nrestPositions.values = [0, 0, 0, 0, 1, 0]\n\
+         [mesh.lattice]\nspacing = 0.1\nradius = 0.2\nbones = [{ from = \"hip_end\", to = \"hip\" }]\n",
+    );
+    let file = SceneFile::load(&path).unwrap();
+    let points = external(&file.scene);
+    assert_eq!(points.rate_hz, 25.0);
+    assert_eq!(points.rest_positions.as_ref().unwrap().values[0], 0.0);
+    assert_eq!(lattice(&file.scene).bones[0].from, "hip_end");
+    assert_eq!(file.scene.up(), v1::UpAxis::Z);
+}
+
+#[test]
+fn a_mesh_file_is_read_beside_the_scene() {
+    let path = folder("mesh", "mesh.file = \"shell.off\"\n");
+    let grid = SceneFile::load(&path).unwrap().grid.unwrap();
+    assert_eq!((grid.positions.len(), grid.cells.len()), (4, 4));
+}
+
+#[test]
+fn errors_name_the_scene_the_field_and_the_file() {
+    for (test, scene, field, named) in [
+        (
+            "no-take",
+            "motion.external.file = \"none.c3d\"",
+            "motion.external.file",
+            "none.c3d",
+        ),
+        (
+            "no-mesh",
+            "mesh.file = \"none.vtk\"",
+            "mesh.file",
+            "none.vtk",
+        ),
+        (
+            "no-format",
+            "motion.external.file = \"a.txt\"",
+            "motion.external.file",
+            "a.txt",
+        ),
+    ] {
+        let text = SceneFile::load(&folder(test, scene))
+            .unwrap_err()
+            .to_string();
+        for part in ["scene.toml", field, named] {
+            assert!(text.contains(part), "{text} does not name {part}");
+        }
+    }
+    let text = SceneFile::load(&folder("bad-name", "titel = \"x\"\n"))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        text.contains("scene.toml, line 1: titel: unknown field"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_scene_that_is_not_there_or_of_no_known_syntax_is_refused() {
+    let missing = SceneFile::load("nowhere.json".as_ref());
+    assert!(matches!(missing, Err(SceneFileError::Read { .. })));
+    let path = folder("extension", "").with_file_name("shell.off");
+    assert!(matches!(
+        SceneFile::load(&path),
+        Err(SceneFileError::Extension(_))
+    ));
+}
+
+#[test]
+fn the_scenes_shipped_with_sinew_load() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("demo");
+    let walk = SceneFile::load(&folder.join("walk.json")).unwrap();
+    assert_eq!(external(&walk.scene).labels.len(), 144);
+    let bridge = SceneFile::load(&folder.join("bridge.toml")).unwrap();
+    assert!(bridge.take.is_none() && bridge.warnings.is_empty());
+}
