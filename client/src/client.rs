@@ -15,6 +15,13 @@ use crate::{ClientError, MotionStream, Subscription, grid, motion, upload};
 /// Largest message taken: a keyframe of 5 million f32 vertices. Greater items come as chunks.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
+/// Bytes that a stream may be ahead of its reader: the receiver sets the windows, and with HTTP/2's 64 KiB a mesh of
+/// 100k vertices waits for window updates. More would only be older frames.
+const STREAM_WINDOW: u32 = 4 << 20;
+
+/// The same for all streams together: one that nobody reads leaves room for the others.
+const CONNECTION_WINDOW: u32 = 256 << 20;
+
 /// Meshes up to this size travel inside the scene; the server takes messages of 4 MiB.
 const MAX_INLINE_BYTES: usize = 3 << 20;
 
@@ -39,8 +46,8 @@ impl Client {
             Endpoint::from_shared(url).map_err(|_| ClientError::Address(address.to_owned()))?;
         let channel = endpoint
             .tcp_nodelay(true)
-            // The receiver sets the windows: without this a mesh of 100k vertices waits for window updates.
-            .http2_adaptive_window(true)
+            .initial_stream_window_size(STREAM_WINDOW)
+            .initial_connection_window_size(CONNECTION_WINDOW)
             .connect_timeout(Duration::from_secs(5))
             .http2_keep_alive_interval(Duration::from_secs(20))
             .connect()
@@ -166,6 +173,7 @@ impl Client {
         };
         Ok(v1::Mesh {
             source: Some(source),
+            ..v1::Mesh::default()
         })
     }
 

@@ -89,6 +89,31 @@ fn a_mesh_file_is_read_beside_the_scene() {
 }
 
 #[test]
+fn the_unit_of_a_file_scales_its_lengths_and_is_not_posted() {
+    let text = "[motion.external]\nfile = \"takes/rise.bvh\"\nfile_unit_metres = 0.0254\n\
+                [mesh]\nfile = \"shell.off\"\nfile_unit_metres = 0.1\n";
+    let inches = SceneFile::load(&folder("units", text)).unwrap();
+    let plain = text.replace("file_unit_metres = 0.0254\n", "");
+    let centimetres = SceneFile::load(&folder("no-units", &plain)).unwrap();
+    let rest = |file: &SceneFile| {
+        let points = external(&file.scene);
+        assert_eq!(points.file_unit_metres, 0.0);
+        points.rest_positions.as_ref().unwrap().unpack().unwrap()
+    };
+    for (x, y) in rest(&inches).iter().zip(rest(&centimetres)) {
+        assert!((x - 2.54 * y).abs() < 1e-12, "{x} and {y}");
+    }
+    let extent = inches
+        .grid
+        .unwrap()
+        .positions
+        .iter()
+        .map(|p| p.max())
+        .fold(0.0, f64::max);
+    assert_eq!(extent, 0.1);
+}
+
+#[test]
 fn errors_name_the_scene_the_field_and_the_file() {
     for (test, scene, field, named) in [
         (
@@ -108,6 +133,12 @@ fn errors_name_the_scene_the_field_and_the_file() {
             "motion.external.file = \"a.txt\"",
             "motion.external.file",
             "a.txt",
+        ),
+        (
+            "no-unit",
+            "mesh.file = \"shell.off\"\nmesh.file_unit_metres = -1",
+            "mesh.file_unit_metres",
+            "-1",
         ),
     ] {
         let text = SceneFile::load(&folder(test, scene))

@@ -21,7 +21,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Vertices per axis of the cube: 46³ = 97,336.
 const SIDE: usize = 46;
-const POINTS: usize = 40;
+const POINTS: u32 = 40;
 const ROUNDS: usize = 5;
 
 fn main() -> Result<()> {
@@ -43,7 +43,8 @@ async fn measure() -> Result<()> {
     .await?;
     let channel = Endpoint::from_shared(format!("http://{}", server.address()))?
         .tcp_nodelay(true)
-        .http2_adaptive_window(true)
+        .initial_stream_window_size(4 << 20)
+        .initial_connection_window_size(256 << 20)
         .connect()
         .await?;
     let grid = shapes::hexahedra(SIDE - 1, SIDE - 1, SIDE - 1);
@@ -148,12 +149,12 @@ async fn held(channel: &Channel, asset: &str, vertices: usize) -> Result<()> {
     let rate = FRAMES as f64 / start.elapsed().as_secs_f64();
     drain.await?;
     latencies.sort_by(f64::total_cmp);
-    let at = |share: f64| latencies[((latencies.len() - 1) as f64 * share) as usize] * 1e3;
+    let at = |percent: usize| latencies[(latencies.len() - 1) * percent / 100] * 1e3;
     println!(
         "120 Hz, {vertices} vertices: {FRAMES} sent, {received} received, {rate:.1} Hz held; receipt to client \
          p50 {:.2} ms, p99 {:.2} ms (absolute)",
-        at(0.5),
-        at(0.99)
+        at(50),
+        at(99)
     );
     delete(&mut sessions, "held").await
 }
@@ -235,12 +236,12 @@ fn raw_tcp(bytes: usize, frames: usize) -> std::io::Result<f64> {
 
 /// Points of a helix through the unit cube.
 fn helix() -> Vec<f64> {
-    let at = |i: usize| {
-        let turn = i as f64 * 0.7;
+    let at = |i: u32| {
+        let turn = f64::from(i) * 0.7;
         [
             0.5 + 0.4 * turn.cos(),
             0.5 + 0.4 * turn.sin(),
-            i as f64 / (POINTS - 1) as f64,
+            f64::from(i) / f64::from(POINTS - 1),
         ]
     };
     (0..POINTS).flat_map(at).collect()
@@ -274,7 +275,7 @@ fn moved(sequence: u64) -> v1::MotionFrame {
 
 /// The same points as a chain of springs that falls.
 fn swing() -> v1::Motion {
-    let springs: Vec<u32> = (1..POINTS as u32).flat_map(|i| [i - 1, i]).collect();
+    let springs: Vec<u32> = (1..POINTS).flat_map(|i| [i - 1, i]).collect();
     let network = v1::MassSpring {
         positions: Some(v1::Reals::pack(&helix(), v1::Precision::F64)),
         fixed: Some(v1::Indices::pack(&[0])),
@@ -303,6 +304,7 @@ async fn create(
 ) -> Result<()> {
     let mesh = v1::Mesh {
         source: Some(v1::mesh::Source::Asset(asset.to_owned())),
+        ..v1::Mesh::default()
     };
     let scene = v1::Scene {
         motion: Some(motion),

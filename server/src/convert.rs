@@ -58,10 +58,9 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
             )
         }
     };
-    let mesh = scene
-        .mesh
-        .and_then(|mesh| mesh.source)
-        .ok_or_else(|| missing("scene.mesh"))?;
+    let mesh = scene.mesh.unwrap_or_default();
+    client_only("", mesh.file_unit_metres, "scene.mesh")?;
+    let mesh = mesh.source.ok_or_else(|| missing("scene.mesh"))?;
     let scene = engine::Scene {
         title: scene.title,
         motion,
@@ -82,7 +81,7 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
 
 fn external(points: v1::ExternalPoints) -> Result<(engine::ExternalPoints, f64)> {
     const FIELD: &str = "scene.motion.external";
-    client_only(&points.file, "scene.motion.external.file")?;
+    client_only(&points.file, points.file_unit_metres, FIELD)?;
     let rate = points.rate_hz;
     if !(rate.is_finite() && rate > 0.0) {
         let field = format!("{FIELD}.rate_hz");
@@ -175,7 +174,7 @@ fn mesh_source(source: v1::mesh::Source, assets: &Assets) -> Result<engine::Mesh
         }
         Source::Lattice(given) => lattice(given).map(engine::MeshSource::Lattice),
         Source::File(path) => {
-            client_only(&path, "scene.mesh.file")?;
+            client_only(&path, 0.0, "scene.mesh")?;
             Err(missing("scene.mesh"))
         }
     }
@@ -263,15 +262,20 @@ fn missing(field: &str) -> ServiceError {
     )
 }
 
-fn client_only(path: &str, field: &str) -> Result<()> {
-    if path.is_empty() {
+/// Refuses what only a client can resolve: `file` and `file_unit_metres` of `message`.
+fn client_only(path: &str, unit: f64, message: &str) -> Result<()> {
+    let (field, value) = if !path.is_empty() {
+        ("file", path.to_owned())
+    } else if unit != 0.0 {
+        ("file_unit_metres", unit.to_string())
+    } else {
         return Ok(());
-    }
+    };
     let remedy = "the server reads no files; let the client resolve it, as `sinew run` does";
     Err(invalid(
         "FILE_NOT_RESOLVED",
-        field,
-        format!("is `{path}`"),
+        format!("{message}.{field}"),
+        format!("is `{value}`"),
         remedy,
     ))
 }

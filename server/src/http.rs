@@ -2,8 +2,9 @@
 
 use axum::{
     Json, Router,
-    extract::State,
+    extract::{Request, State},
     http::{StatusCode, header},
+    middleware::Next,
     response::{IntoResponse, Response},
     routing::get,
 };
@@ -34,6 +35,15 @@ pub(crate) fn routes(shared: Shared, closing: CancellationToken) -> Router {
 async fn metrics(State(shared): State<Shared>) -> impl IntoResponse {
     let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     ([(header::CONTENT_TYPE, kind)], shared.metrics.text())
+}
+
+/// Lets calls of gRPC and grpc-web pass; whatever else comes here is a path that is none.
+pub(crate) async fn only_calls(request: Request, next: Next) -> Response {
+    let kind = request.headers().get(header::CONTENT_TYPE);
+    match kind.is_some_and(|kind| kind.as_bytes().starts_with(b"application/grpc")) {
+        true => next.run(request).await,
+        false => (StatusCode::NOT_FOUND, "nothing is here\n").into_response(),
+    }
 }
 
 /// The JSON mapping of ListSessionsResponse.

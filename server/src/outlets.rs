@@ -91,6 +91,8 @@ fn packed(cache: &[OnceLock<Reals>; 2], positions: &[Vector3<f64>], precision: P
 pub(crate) struct Outlets {
     latest: watch::Sender<Arc<Published>>,
     recent: broadcast::Sender<Arc<Published>>,
+    /// Why it will be over after the step under way, where someone decided so.
+    ending: OnceLock<End>,
     end: watch::Sender<Option<End>>,
     /// The cells packed last, for keyframes.
     grid: Mutex<Option<(Arc<Layout>, UnstructuredGrid)>>,
@@ -109,6 +111,7 @@ impl Outlets {
         Self {
             latest: watch::Sender::new(first),
             recent: broadcast::Sender::new(LAG),
+            ending: OnceLock::new(),
             end: watch::Sender::new(None),
             grid: Mutex::default(),
         }
@@ -149,6 +152,11 @@ impl Outlets {
         (self.recent.subscribe(), self.end.subscribe())
     }
 
+    /// Says why it will be over. The session finishes when its last frame is out.
+    pub(crate) fn announce(&self, end: End) {
+        self.ending.set(end).ok(); // the first one stands
+    }
+
     /// Tells everyone that no frame follows. The first end stands.
     pub(crate) fn finish(&self, end: End) {
         self.end.send_if_modified(|slot| {
@@ -158,9 +166,11 @@ impl Outlets {
         });
     }
 
-    /// Why it is over, where it is.
-    pub(crate) fn end(&self) -> Option<End> {
-        self.end.borrow().clone()
+    /// Why it is over or about to be.
+    pub(crate) fn end(&self) -> End {
+        let over = self.end.borrow().clone();
+        over.or_else(|| self.ending.get().cloned())
+            .unwrap_or(End::Deleted)
     }
 }
 

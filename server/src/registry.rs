@@ -148,7 +148,7 @@ impl Registry {
 }
 
 fn stop(entry: &Entry, end: End) {
-    entry.handle.outlets.finish(end);
+    entry.handle.outlets.announce(end);
     entry.handle.cancel.cancel();
 }
 

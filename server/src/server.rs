@@ -13,7 +13,11 @@ use sinew_proto::v1::{
     asset_service_server::AssetServiceServer, mesh_service_server::MeshServiceServer,
     motion_service_server::MotionServiceServer, session_service_server::SessionServiceServer,
 };
-use tokio::{net::TcpListener, task::JoinHandle};
+use tokio::{
+    net::TcpListener,
+    task::JoinHandle,
+    time::{Instant, timeout_at},
+};
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 use tonic::service::Routes;
 use tonic_health::{ServingStatus, server::HealthReporter};
@@ -25,6 +29,9 @@ use crate::{
 
 /// Streams that one connection may hold open.
 const STREAMS: u32 = 256;
+/// Bytes that a stream may send before they are read. A connection has room for all of its streams, so
+/// that one held back, such as motion for a paused session, holds back no other.
+const STREAM_WINDOW: u32 = 256 << 10;
 
 /// A server that listens. Dropping it stops it at once; [`Server::shutdown`] stops it in order.
 pub struct Server {
@@ -87,7 +94,7 @@ impl Server {
             kernels: Kernels::start(config.threads)?,
             metrics: Arc::new(Metrics::new()),
             viewer: viewer.map_err(StartError::Viewer)?,
-            streams: TaskTracker::new(),
+            tasks: TaskTracker::new(),
             config: Arc::new(config),
         };
         let closing = CancellationToken::new();
@@ -116,18 +123,11 @@ impl Server {
             .await;
         self.closing.cancel();
         self.shared.registry.shut_down();
-        self.shared.streams.close();
+        self.shared.tasks.close();
         let grace = Duration::from_secs_f64(self.shared.config.grace_seconds);
-        let drained = tokio::time::timeout(grace, async {
-            self.shared.streams.wait().await;
-            if let Ok(connections) = (&mut self.listening).await {
-                connections.shutdown().await;
-            }
-        });
-        let stopped = match drained.await {
-            Ok(()) => Stopped::Drained,
-            Err(_) => Stopped::GraceExpired,
-        };
+        let deadline = Instant::now() + grace;
+        let told = timeout_at(deadline, self.shared.tasks.wait()).await;
+        // The feed's streams end with the viewer, so this comes before the wait for connections.
         let viewer = self.shared.viewer.clone();
         // Closing files may wait for the disk.
         let closed = tokio::task::spawn_blocking(move || viewer.shutdown(grace)).await;
@@ -136,6 +136,17 @@ impl Server {
             Ok(Err(unfinished)) => tracing::error!("{unfinished}"),
             Err(panic) => tracing::error!(%panic, "the viewer feed did not close"),
         }
+        // Ends the streams of those who watch the health: they have heard of the end.
+        self.health.clear_service_status("").await;
+        let drained = timeout_at(deadline, async {
+            if let Ok(connections) = (&mut self.listening).await {
+                connections.shutdown().await;
+            }
+        });
+        let stopped = match told.and(drained.await) {
+            Ok(()) => Stopped::Drained,
+            Err(_) => Stopped::GraceExpired,
+        };
         tracing::info!(?stopped, "stopped");
         stopped
     }
@@ -171,7 +182,8 @@ fn routes(
             .add_service(shared.viewer.feed())
             .into_axum_router()
             .layer(middleware::from_fn(status::translate))
-            .layer(tonic_web::GrpcWebLayer::new());
+            .layer(tonic_web::GrpcWebLayer::new())
+            .layer(middleware::from_fn(http::only_calls));
     let pages = shared
         .viewer
         .pages()
@@ -195,10 +207,11 @@ async fn listen(
         .http2()
         .timer(TokioTimer::new())
         .max_concurrent_streams(STREAMS)
+        .initial_stream_window_size(STREAM_WINDOW)
+        .initial_connection_window_size(STREAMS * STREAM_WINDOW)
         .keep_alive_interval(Duration::from_secs(20))
         .keep_alive_timeout(Duration::from_secs(20))
-        .max_send_buf_size(256 << 10)
-        .adaptive_window(true);
+        .max_send_buf_size(256 << 10);
     loop {
         let accepted = tokio::select! {
             () = closing.cancelled() => return connections,

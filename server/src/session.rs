@@ -9,7 +9,7 @@ use tokio::{
     sync::{mpsc, oneshot},
     time::{Interval, MissedTickBehavior, interval},
 };
-use tokio_util::sync::CancellationToken;
+use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{
     error::ServiceError,
@@ -112,6 +112,7 @@ impl Handle {
         kernels: Kernels,
         viewer: Publisher,
         metrics: Arc<Metrics>,
+        tasks: &TaskTracker,
     ) -> Self {
         let outlets = Arc::new(Outlets::new(world.frame()));
         let (inbox, commands) = mpsc::channel(COMMANDS);
@@ -135,14 +136,14 @@ impl Handle {
             kernels,
             metrics,
         };
-        tokio::spawn(actor.run(commands, handle.cancel.clone()));
+        tasks.spawn(actor.run(commands, handle.cancel.clone()));
         handle
     }
 
     /// Asks for something and waits for the answer.
     pub(crate) async fn ask(&self, wish: Wish) -> Result<Report, ServiceError> {
         let (reply, answer) = oneshot::channel();
-        let ended = || ServiceError::Ended(self.outlets.end().unwrap_or(End::Deleted));
+        let ended = || ServiceError::Ended(self.outlets.end());
         let command = Command { wish, reply };
         self.inbox.send(command).await.map_err(|_| ended())?;
         answer.await.map_err(|_| ended())?
@@ -170,7 +171,7 @@ impl Actor {
             let running = self.activity == Activity::Running;
             // Fair: a slow step cannot starve "pause", nor the reverse.
             tokio::select! {
-                () = cancel.cancelled() => return,
+                () = cancel.cancelled() => return self.outlets.finish(self.outlets.end()),
                 command = commands.recv() => {
                     let Some(Command { wish, reply }) = command else { return };
                     let answer = self.fulfil(wish, &cancel).await;

@@ -13,7 +13,10 @@ use axum::{
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, StatusExt};
 
-use crate::error::{ServiceError, invalid};
+use crate::{
+    error::{ServiceError, invalid},
+    session::End,
+};
 
 /// The `domain` of every `ErrorInfo`.
 const DOMAIN: &str = "sinew.v1";
@@ -42,7 +45,8 @@ fn code_and_reason(error: &ServiceError) -> (Code, &str) {
         E::AssetsFull(_) => (Code::ResourceExhausted, "ASSETS_FULL"),
         E::Running => (Code::FailedPrecondition, "SESSION_RUNNING"),
         E::Faulted(fault) => (Code::FailedPrecondition, fault.reason),
-        E::Ended(_) => (Code::Aborted, "SESSION_ENDED"),
+        E::Ended(End::Faulted(fault)) => (Code::Aborted, fault.reason),
+        E::Ended(End::Deleted | End::Shutdown) => (Code::Aborted, "SESSION_ENDED"),
         E::StepMismatch { .. } => (Code::Aborted, "STEP_MISMATCH"),
         E::MotionStarved { .. } => (Code::FailedPrecondition, "MOTION_STARVED"),
         E::MotionNotExternal => (Code::FailedPrecondition, "MOTION_NOT_EXTERNAL"),
@@ -113,7 +117,10 @@ fn deadline(headers: &HeaderMap) -> Result<Option<Duration>, ServiceError> {
 }
 
 fn parse_timeout(value: &HeaderValue) -> Option<Duration> {
-    let (digits, unit) = value.to_str().ok()?.split_at_checked(value.len() - 1)?;
+    let (digits, unit) = value
+        .to_str()
+        .ok()?
+        .split_at_checked(value.len().checked_sub(1)?)?;
     if digits.is_empty() || digits.len() > 8 || !digits.bytes().all(|b| b.is_ascii_digit()) {
         return None;
     }

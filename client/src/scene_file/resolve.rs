@@ -25,32 +25,50 @@ pub(super) fn files(scene: v1::Scene, path: &Path) -> Result<SceneFile, SceneFil
         grid: None,
         warnings: Vec::new(),
     };
-    if let Some(name) = take_name(&file.scene) {
-        let take = take::read(folder.join(name), &take::Options::default())
+    if let Some((name, unit)) = take_file(&file.scene) {
+        let unit_scale = unit_scale(unit)
+            .map_err(|problem| refuse("motion.external.file_unit_metres", problem))?;
+        let take = take::read(folder.join(name), &take::Options { unit_scale })
             .map_err(|error| refuse("motion.external.file", error.to_string()))?;
         file.apply(take);
     }
-    if let Some(name) = mesh_name(&file.scene) {
-        let loaded = mesh::read(&folder.join(name))
+    if let Some((name, unit)) = mesh_file(&file.scene) {
+        let unit = unit_scale(unit).map_err(|problem| refuse("mesh.file_unit_metres", problem))?;
+        let mut loaded = mesh::read(&folder.join(name))
             .map_err(|error| refuse("mesh.file", error.to_string()))?;
+        for position in &mut loaded.grid.positions {
+            *position *= unit.unwrap_or(1.0);
+        }
         file.warnings.extend(loaded.warnings);
         file.grid = Some(loaded.grid);
     }
     Ok(file)
 }
 
-fn take_name(scene: &v1::Scene) -> Option<&str> {
+/// Metres per unit, where the scene says; 0 is a field left out.
+fn unit_scale(unit: f64) -> Result<Option<f64>, String> {
+    match unit {
+        0.0 => Ok(None),
+        unit if unit.is_finite() && unit > 0.0 => Ok(Some(unit)),
+        unit => Err(format!(
+            "is {unit}; give metres per unit of the file, such as 0.0254 for inches"
+        )),
+    }
+}
+
+fn take_file(scene: &v1::Scene) -> Option<(&str, f64)> {
     match scene.motion.as_ref()?.source.as_ref()? {
         v1::motion::Source::External(points) => {
-            Some(points.file.as_str()).filter(|n| !n.is_empty())
+            Some((&*points.file, points.file_unit_metres)).filter(|(name, _)| !name.is_empty())
         }
         v1::motion::Source::MassSpring(_) => None,
     }
 }
 
-fn mesh_name(scene: &v1::Scene) -> Option<&str> {
-    match scene.mesh.as_ref()?.source.as_ref()? {
-        v1::mesh::Source::File(name) => Some(name),
+fn mesh_file(scene: &v1::Scene) -> Option<(&str, f64)> {
+    let mesh = scene.mesh.as_ref()?;
+    match mesh.source.as_ref()? {
+        v1::mesh::Source::File(name) => Some((name, mesh.file_unit_metres)),
         v1::mesh::Source::Grid(_) | v1::mesh::Source::Asset(_) | v1::mesh::Source::Lattice(_) => {
             None
         }
@@ -92,6 +110,7 @@ impl SceneFile {
 
 fn fill_points(points: &mut v1::ExternalPoints, take: &Take) {
     points.file.clear();
+    points.file_unit_metres = 0.0;
     if points.labels.is_empty() {
         points.labels = take.labels().to_vec();
     }

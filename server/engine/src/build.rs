@@ -10,7 +10,7 @@ use sinew_particles::{Network, NetworkError};
 use crate::{
     frame::{Frame, Layout, PointState},
     scene::{ExternalPoints, Lattice, Mapping, MeshSource, Motion, Scene, SceneError},
-    world::{Source, World},
+    world::{LIMIT, Source, World, first_out_of_range},
 };
 
 /// Cells named in one refusal; more are counted.
@@ -133,6 +133,7 @@ fn external(points: ExternalPoints) -> Result<Points, SceneError> {
             ));
         }
     }
+    in_range(&rest, &format!("{EXTERNAL}.rest_positions"))?;
     Ok(Points {
         source: Source::External,
         labels,
@@ -171,6 +172,7 @@ fn check_labels(labels: &[String]) -> Result<(), SceneError> {
 fn network_points(spec: crate::scene::MassSpring, time_step: f64) -> Result<Points, SceneError> {
     let network = Network::new(spec).map_err(|error| network_refusal(&error))?;
     let rest = network.positions().to_vec();
+    in_range(&rest, "scene.motion.mass_spring.positions")?;
     let stable = network.largest_stable_step();
     let warnings = if time_step > stable {
         vec![format!(
@@ -191,6 +193,7 @@ fn network_points(spec: crate::scene::MassSpring, time_step: f64) -> Result<Poin
 /// Refuses a mesh that cannot be deformed, and warns of what can but looks like a mistake.
 fn checked(grid: Grid, warnings: &mut Vec<String>) -> Result<Grid, SceneError> {
     grid.check().map_err(|error| grid_refusal(&error))?;
+    in_range(&grid.positions, "scene.mesh.grid.positions")?;
     let found = sinew_mesh::inspect(&grid);
     let volumetric = found.counts.iter().any(|(kind, _)| kind.is_volume());
     if volumetric && found.inside_out {
@@ -386,6 +389,18 @@ fn kernel_refusal(
         field: field.into(),
         message: error.to_string(),
     }
+}
+
+fn in_range(positions: &[Vector3<f64>], field: &str) -> Result<(), SceneError> {
+    let Some(i) = first_out_of_range(positions) else {
+        return Ok(());
+    };
+    Err(refuse(
+        "VALUE_OUT_OF_RANGE",
+        format!("{field}[{i}]"),
+        format!("is {:?}", positions[i].as_slice()),
+        format!("give metres below {LIMIT:e}"),
+    ))
 }
 
 fn named(ids: &[u32]) -> String {

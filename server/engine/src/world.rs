@@ -18,11 +18,13 @@ pub enum StepError {
     /// A particle left the finite numbers.
     #[error(transparent)]
     Diverged(#[from] Diverged),
-    /// The mesh left the finite numbers, or the range in which it can travel as binary32.
-    #[error("vertex {vertex} is at {position:?}, beyond what positions may be")]
+    /// A position left the finite numbers, or the range in which it can travel as binary32.
+    #[error("{what} {index} is at {position:?}, beyond what positions may be")]
     OutOfRange {
-        /// Index of the vertex.
-        vertex: usize,
+        /// `point` or `vertex`.
+        what: &'static str,
+        /// Its index.
+        index: usize,
         /// Where it is, m.
         position: [f64; 3],
     },
@@ -87,7 +89,8 @@ impl World {
             }
         }
         self.binding.pose(&next.points, &mut next.vertices)?;
-        check_range(&next.vertices)?;
+        check_range("point", &next.points)?;
+        check_range("vertex", &next.vertices)?;
         let done = std::mem::replace(&mut self.frame, Arc::new(next));
         if self.retired.len() < RETIRED {
             self.retired.push(done);
@@ -210,15 +213,22 @@ fn follow(sample: Option<&MotionSample>, last: &Frame, next: &mut Frame) {
 }
 
 /// Positions must survive the way to binary32.
-fn check_range(vertices: &[Vector3<f64>]) -> Result<(), StepError> {
-    const LIMIT: f64 = 1e30;
-    // One branch-free pass: the sum of excesses is 0 (or NaN where a coordinate is).
-    let inside = |v: &Vector3<f64>| v.x.abs() < LIMIT && v.y.abs() < LIMIT && v.z.abs() < LIMIT;
-    match vertices.iter().position(|v| !inside(v)) {
+fn check_range(what: &'static str, positions: &[Vector3<f64>]) -> Result<(), StepError> {
+    match first_out_of_range(positions) {
         None => Ok(()),
-        Some(vertex) => Err(StepError::OutOfRange {
-            vertex,
-            position: vertices[vertex].into(),
+        Some(index) => Err(StepError::OutOfRange {
+            what,
+            index,
+            position: positions[index].into(),
         }),
     }
+}
+
+/// Coordinates stay below this, m.
+pub(crate) const LIMIT: f64 = 1e30;
+
+/// The first position that is not finite or has a coordinate of [`LIMIT`] or more.
+pub(crate) fn first_out_of_range(positions: &[Vector3<f64>]) -> Option<usize> {
+    let inside = |v: &Vector3<f64>| v.x.abs() < LIMIT && v.y.abs() < LIMIT && v.z.abs() < LIMIT;
+    positions.iter().position(|v| !inside(v))
 }

@@ -266,83 +266,84 @@ fn a_diverging_network_ends_in_an_error_and_never_in_a_nan() {
 /// A change that spoils a scene, and the reason and the field of the refusal.
 type Spoil = (fn(&mut Scene), &'static str, &'static str);
 
+fn points(scene: &mut Scene) -> &mut ExternalPoints {
+    match &mut scene.motion {
+        Motion::External(points) => points,
+        Motion::MassSpring(_) => unreachable!("the cube's points are external"),
+    }
+}
+fn grid(scene: &mut Scene) -> &mut Grid {
+    match &mut scene.mesh {
+        MeshSource::Grid(grid) => grid,
+        MeshSource::Lattice(_) => unreachable!("the cube is a grid"),
+    }
+}
+const SPOILS: [Spoil; 12] = [
+    (
+        |s| s.time_step = 0.0,
+        "VALUE_OUT_OF_RANGE",
+        "scene.time_step_seconds",
+    ),
+    (
+        |s| s.time_step = f64::NAN,
+        "VALUE_OUT_OF_RANGE",
+        "scene.time_step_seconds",
+    ),
+    (
+        |s| points(s).labels.clear(),
+        "FIELD_MISSING",
+        "scene.motion.external.labels",
+    ),
+    (
+        |s| points(s).labels[1].clear(),
+        "LABEL_EMPTY",
+        "scene.motion.external.labels[1]",
+    ),
+    (
+        |s| points(s).labels[1] = "corner 0".into(),
+        "LABEL_DUPLICATE",
+        "scene.motion.external.labels[1]",
+    ),
+    (
+        |s| points(s).absent.push(8),
+        "INDEX_OUT_OF_RANGE",
+        "scene.motion.external.absent[0]",
+    ),
+    (
+        |s| points(s).rest[5].y = f64::INFINITY,
+        "VALUE_NOT_FINITE",
+        "scene.motion.external.rest_positions[5]",
+    ),
+    (
+        |s| s.mapping.points.push("nobody".into()),
+        "LABEL_UNKNOWN",
+        "scene.mapping.points[0]",
+    ),
+    (
+        |s| grid(s).cells.connectivity[9] = 125,
+        "INDEX_OUT_OF_RANGE",
+        "scene.mesh.grid",
+    ),
+    (
+        |s| grid(s).positions[0].x = f64::NAN,
+        "VALUE_NOT_FINITE",
+        "scene.mesh.grid",
+    ),
+    (
+        |s| grid(s).cells.connectivity[..8].rotate_left(4),
+        "CELL_INVERTED",
+        "scene.mesh.grid",
+    ),
+    (
+        |s| grid(s).positions[0] = Vector3::new(0.25, 0.25, 0.25),
+        "CELL_INVERTED",
+        "scene.mesh.grid",
+    ),
+];
+
 #[test]
 fn each_bad_value_is_refused_by_its_field() {
-    fn points(scene: &mut Scene) -> &mut ExternalPoints {
-        match &mut scene.motion {
-            Motion::External(points) => points,
-            Motion::MassSpring(_) => unreachable!("the cube's points are external"),
-        }
-    }
-    fn grid(scene: &mut Scene) -> &mut Grid {
-        match &mut scene.mesh {
-            MeshSource::Grid(grid) => grid,
-            MeshSource::Lattice(_) => unreachable!("the cube is a grid"),
-        }
-    }
-    let spoils: [Spoil; 12] = [
-        (
-            |s| s.time_step = 0.0,
-            "VALUE_OUT_OF_RANGE",
-            "scene.time_step_seconds",
-        ),
-        (
-            |s| s.time_step = f64::NAN,
-            "VALUE_OUT_OF_RANGE",
-            "scene.time_step_seconds",
-        ),
-        (
-            |s| points(s).labels.clear(),
-            "FIELD_MISSING",
-            "scene.motion.external.labels",
-        ),
-        (
-            |s| points(s).labels[1].clear(),
-            "LABEL_EMPTY",
-            "scene.motion.external.labels[1]",
-        ),
-        (
-            |s| points(s).labels[1] = "corner 0".into(),
-            "LABEL_DUPLICATE",
-            "scene.motion.external.labels[1]",
-        ),
-        (
-            |s| points(s).absent.push(8),
-            "INDEX_OUT_OF_RANGE",
-            "scene.motion.external.absent[0]",
-        ),
-        (
-            |s| points(s).rest[5].y = f64::INFINITY,
-            "VALUE_NOT_FINITE",
-            "scene.motion.external.rest_positions[5]",
-        ),
-        (
-            |s| s.mapping.points.push("nobody".into()),
-            "LABEL_UNKNOWN",
-            "scene.mapping.points[0]",
-        ),
-        (
-            |s| grid(s).cells.connectivity[9] = 125,
-            "INDEX_OUT_OF_RANGE",
-            "scene.mesh.grid",
-        ),
-        (
-            |s| grid(s).positions[0].x = f64::NAN,
-            "VALUE_NOT_FINITE",
-            "scene.mesh.grid",
-        ),
-        (
-            |s| grid(s).cells.connectivity[..8].rotate_left(4),
-            "CELL_INVERTED",
-            "scene.mesh.grid",
-        ),
-        (
-            |s| grid(s).positions[0] = Vector3::new(0.25, 0.25, 0.25),
-            "CELL_INVERTED",
-            "scene.mesh.grid",
-        ),
-    ];
-    for (i, (spoil, reason, field)) in spoils.into_iter().enumerate() {
+    for (i, (spoil, reason, field)) in SPOILS.into_iter().enumerate() {
         let mut bad = cube(Rule::WeightedMean);
         spoil(&mut bad);
         let SceneError {

@@ -60,7 +60,7 @@ impl MeshService for Shared {
             last: 0,
             metrics: Arc::clone(&self.metrics),
         };
-        self.streams.spawn(subscriber.run());
+        self.tasks.spawn(subscriber.run());
         Ok(Response::new(ReceiverStream::new(told)))
     }
 }
@@ -232,8 +232,8 @@ impl Subscriber {
         let reason = match end {
             End::Deleted => GoodbyeReason::Deleted,
             End::Shutdown => GoodbyeReason::Shutdown,
-            End::Faulted(fault) => {
-                let status = ServiceError::Faulted(fault.clone()).into();
+            End::Faulted(_) => {
+                let status = ServiceError::Ended(end.clone()).into();
                 return self.outbox.send(Err(status)).await.map_err(|_| Gone);
             }
         };

@@ -22,6 +22,6 @@ pub(crate) struct Shared {
     pub(crate) kernels: Kernels,
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) viewer: sinew_viewer::Viewer,
-    /// Tasks behind streams; shutdown waits for them.
-    pub(crate) streams: TaskTracker,
+    /// Tasks behind sessions and streams; shutdown waits for them.
+    pub(crate) tasks: TaskTracker,
 }

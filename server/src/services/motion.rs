@@ -20,7 +20,7 @@ use crate::{
     error::{ServiceError, invalid},
     outlets::now_nanos,
     registry::Entry,
-    session::{Arrival, End, MOTION_QUEUE},
+    session::{Arrival, MOTION_QUEUE},
     status,
 };
 
@@ -43,14 +43,13 @@ impl MotionService for Shared {
             Some(Asked::Frame(_)) | None => return Err(ServiceError::MotionHelloMissing.into()),
         };
         let source = Source::open(self, &hello)?;
-        let accepted = v1::Accepted {
+        let first = Told::Accepted(v1::Accepted {
             point_count: count(source.entry.labels.len()),
             queue_capacity: count(MOTION_QUEUE),
-        };
+        });
         // Acks are cumulative: a client that reads slowly gets the newest.
-        let (acks, told) = watch::channel(Told::Accepted(accepted));
-        let reader = self.streams.spawn(source.read(requests, acks));
-        let first = *told.borrow();
+        let (acks, told) = watch::channel(first);
+        let reader = self.tasks.spawn(source.read(requests, acks));
         let responses = stream::unfold(Some((Some(first), told, reader)), |state| async move {
             let (first, mut told, reader) = state?;
             if let Some(item) = first {
@@ -152,6 +151,8 @@ impl Source {
             let sequence = sample.sequence;
             tokio::select! {
                 () = cancel.cancelled() => return Err(self.ended()),
+                // The client left while its frame waited: its place is for another source.
+                () = acks.closed() => return Ok(()),
                 sent = self.entry.handle.motion.send(Arrival { sample, received_nanos }) => {
                     sent.map_err(|_| self.ended())?;
                 }
@@ -162,7 +163,7 @@ impl Source {
     }
 
     fn ended(&self) -> ServiceError {
-        ServiceError::Ended(self.entry.handle.outlets.end().unwrap_or(End::Deleted))
+        ServiceError::Ended(self.entry.handle.outlets.end())
     }
 
     /// Checks a frame and brings it into the session's order.

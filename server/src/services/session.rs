@@ -148,6 +148,7 @@ impl Shared {
             self.kernels.clone(),
             publisher,
             Arc::clone(&self.metrics),
+            &self.tasks,
         );
         let entry = reservation.fill(Entry {
             name,

@@ -1,0 +1,14 @@
+//! The service as its users meet it: real servers on ports of their own, driven through the generated client.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod determinism;
+mod faults;
+mod http;
+mod lifecycle;
+mod motion;
+mod refusals;
+mod shutdown;
+mod slow;
+mod streaming;
+mod tidy;
