@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use sinew_engine::SceneError;
 
-use crate::session::{End, Fault};
+use crate::end::{End, Fault};
 
 /// Why a request is refused or a stream ends early.
 #[derive(Clone, Debug, thiserror::Error)]

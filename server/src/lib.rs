@@ -3,6 +3,7 @@
 mod assets;
 mod config;
 mod convert;
+mod end;
 mod error;
 mod http;
 mod kernels;
@@ -13,6 +14,7 @@ mod server;
 mod services;
 mod session;
 mod status;
+mod timing;
 
 pub use config::{Config, ConfigError};
 pub use server::{Server, StartError, Stopped};

@@ -12,7 +12,7 @@ use prometheus_client::{
     registry::Registry,
 };
 
-use crate::outlets::StepTiming;
+use crate::timing::StepTiming;
 
 /// The server's metrics.
 pub(crate) struct Metrics {

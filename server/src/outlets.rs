@@ -1,10 +1,7 @@
 //! What a session gives out. State is latest-wins; every outlet is bounded; nobody who reads can slow
 //! a step.
 
-use std::{
-    sync::{Arc, Mutex, OnceLock, PoisonError},
-    time::SystemTime,
-};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytes::Bytes;
 use nalgebra::Vector3;
@@ -13,31 +10,14 @@ use sinew_mesh::Cells;
 use sinew_proto::v1::{Indices, Precision, Reals, UnstructuredGrid};
 use tokio::sync::{broadcast, watch};
 
-use crate::session::End;
+use crate::{
+    end::End,
+    timing::{StepTiming, now_nanos},
+};
 
 /// Frames a subscriber may lag behind before it misses some: enough for a keyframe's transmission,
 /// little enough that it never sees old news.
 const LAG: usize = 8;
-
-/// Moments of one step, ns since the Unix epoch; `received` is 0 without a motion frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct StepTiming {
-    pub(crate) received: u64,
-    pub(crate) started: u64,
-    pub(crate) published: u64,
-}
-
-impl StepTiming {
-    /// From the step's start until its frame was published, s.
-    pub(crate) fn step_seconds(&self) -> f64 {
-        self.published.saturating_sub(self.started) as f64 * 1e-9
-    }
-
-    /// From receipt of the motion frame until the mesh was published, s.
-    pub(crate) fn latency_seconds(&self) -> Option<f64> {
-        (self.received > 0).then(|| self.published.saturating_sub(self.received) as f64 * 1e-9)
-    }
-}
 
 /// A frame on its way out. Subscribers share its packed forms.
 #[derive(Debug)]
@@ -190,13 +170,4 @@ fn pack_cells(cells: &Cells) -> UnstructuredGrid {
         faces: (!faces.is_empty()).then(|| Indices::pack(faces)),
         face_offsets: (!face_offsets.is_empty()).then(|| Indices::pack(face_offsets)),
     }
-}
-
-/// Nanoseconds since the Unix epoch.
-pub(crate) fn now_nanos() -> u64 {
-    SystemTime::now()
-        .duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| {
-            u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
-        })
 }

@@ -7,10 +7,7 @@ use std::{
     time::SystemTime,
 };
 
-use crate::{
-    error::ServiceError,
-    session::{End, Handle},
-};
+use crate::{end::End, error::ServiceError, session::Handle};
 
 /// A session and what of it never changes.
 pub(crate) struct Entry {

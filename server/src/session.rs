@@ -1,7 +1,7 @@
 //! One session: an actor task that owns the world until the session ends, and the handle by which
 //! everyone else speaks to it.
 
-use std::{fmt, sync::Arc};
+use std::sync::Arc;
 
 use sinew_engine::{Frame, MotionSample, StepError, World};
 use sinew_viewer::{Publisher, Shown};
@@ -12,41 +12,18 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{
+    end::{End, Fault},
     error::ServiceError,
     kernels::Kernels,
     metrics::Metrics,
-    outlets::{Outlets, StepTiming, now_nanos},
+    outlets::Outlets,
+    timing::{StepTiming, now_nanos},
 };
 
 /// Commands that may wait for a session; more are held back at their RPCs.
 const COMMANDS: usize = 64;
 /// Motion frames that may wait for their steps; more are held back in the client by flow control.
 pub(crate) const MOTION_QUEUE: usize = 64;
-
-/// Why a session ended by itself.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Fault {
-    pub(crate) reason: &'static str,
-    pub(crate) message: String,
-}
-
-/// Why a session, or a stream of it, is over.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum End {
-    Deleted,
-    Shutdown,
-    Faulted(Fault),
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Deleted => write!(f, "it was deleted"),
-            Self::Shutdown => write!(f, "the server shuts down"),
-            Self::Faulted(fault) => write!(f, "{}", fault.message),
-        }
-    }
-}
 
 /// What a session does now.
 #[derive(Clone, Debug, PartialEq, Eq)]

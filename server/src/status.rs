@@ -14,8 +14,8 @@ use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, StatusExt};
 
 use crate::{
+    end::End,
     error::{ServiceError, invalid},
-    session::End,
 };
 
 /// The `domain` of every `ErrorInfo`.

@@ -17,6 +17,9 @@ use crate::{
 const NAMED: usize = 8;
 const REPAIR: &str = "repair it, for example with `sinew inspect --repair`";
 
+/// A day: time stays finite for any number of steps that anyone takes, s.
+const LONGEST_STEP: f64 = 86_400.0;
+
 const EXTERNAL: &str = "scene.motion.external";
 
 /// The points as a scene gives them.
@@ -28,59 +31,65 @@ struct Points {
     warnings: Vec<String>,
 }
 
-pub(crate) fn build(scene: Scene) -> Result<World, SceneError> {
-    let Scene {
-        title: _,
-        motion,
-        mesh,
-        mapping,
-        time_step,
-        up: _,
-    } = scene;
-    if !(time_step.is_finite() && time_step > 0.0) {
-        return Err(refuse(
-            "VALUE_OUT_OF_RANGE",
-            "scene.time_step_seconds",
-            format!("is {time_step}"),
-            "give a positive number of seconds",
-        ));
+impl World {
+    /// Builds a world. This is the only validation of a scene: what builds, steps.
+    ///
+    /// # Errors
+    /// [`SceneError`] for the first thing that is wrong.
+    pub fn build(scene: Scene) -> Result<World, SceneError> {
+        let Scene {
+            title: _,
+            motion,
+            mesh,
+            mapping,
+            time_step,
+            up: _,
+        } = scene;
+        if !(time_step > 0.0 && time_step <= LONGEST_STEP) {
+            return Err(refuse(
+                "VALUE_OUT_OF_RANGE",
+                "scene.time_step_seconds",
+                format!("is {time_step}"),
+                format!("give seconds above 0, at most {LONGEST_STEP}"),
+            ));
+        }
+        let mut points = match motion {
+            Motion::External(points) => external(points)?,
+            Motion::MassSpring(network) => network_points(network, time_step)?,
+        };
+        let grid = match mesh {
+            MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
+            MeshSource::Lattice(lattice) => lattice_grid(&lattice, &points)?,
+        };
+        let usable = usable(&mapping, &points)?;
+        let binding = sinew_mapping::bind(&grid.positions, &points.rest, &usable, &mapping.recipe)
+            .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
+        let layout = Layout {
+            epoch: 1,
+            topology_version: 0,
+            hash: grid.cells.hash(),
+            dominant: binding.dominant().to_vec(),
+            cells: grid.cells,
+        };
+        let frame = Frame {
+            layout: Arc::new(layout),
+            step: 0,
+            time_seconds: 0.0,
+            capture_time_seconds: None,
+            motion_sequence: None,
+            points: points.rest,
+            point_states: points.states,
+            vertices: grid.positions,
+        };
+        Ok(World {
+            source: points.source,
+            binding,
+            time_step,
+            warnings: points.warnings,
+            frame: Arc::new(frame),
+            retired: Vec::new(),
+        })
     }
-    let mut points = match motion {
-        Motion::External(points) => external(points)?,
-        Motion::MassSpring(network) => network_points(network, time_step)?,
-    };
-    let grid = match mesh {
-        MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
-        MeshSource::Lattice(lattice) => lattice_grid(&lattice, &points)?,
-    };
-    let usable = usable(&mapping, &points)?;
-    let binding = sinew_mapping::bind(&grid.positions, &points.rest, &usable, &mapping.recipe)
-        .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
-    let layout = Layout {
-        epoch: 1,
-        topology_version: 0,
-        hash: grid.cells.hash(),
-        dominant: binding.dominant().to_vec(),
-        cells: grid.cells,
-    };
-    let frame = Frame {
-        layout: Arc::new(layout),
-        step: 0,
-        time_seconds: 0.0,
-        capture_time_seconds: None,
-        motion_sequence: None,
-        points: points.rest,
-        point_states: points.states,
-        vertices: grid.positions,
-    };
-    Ok(World {
-        source: points.source,
-        binding,
-        time_step,
-        warnings: points.warnings,
-        frame: Arc::new(frame),
-        retired: Vec::new(),
-    })
 }
 
 fn external(points: ExternalPoints) -> Result<Points, SceneError> {

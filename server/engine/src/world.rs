@@ -9,7 +9,7 @@ use sinew_particles::{Diverged, Network};
 use crate::{
     digest::Digest,
     frame::{Frame, Layout, PointState},
-    scene::{MotionSample, Scene, SceneError},
+    scene::MotionSample,
 };
 
 /// Why a step could not be taken. The world is spent.
@@ -58,14 +58,6 @@ pub struct World {
 const RETIRED: usize = 12;
 
 impl World {
-    /// Builds a world. This is the only validation of a scene: what builds, steps.
-    ///
-    /// # Errors
-    /// [`SceneError`] for the first thing that is wrong.
-    pub fn build(scene: Scene) -> Result<Self, SceneError> {
-        crate::build::build(scene)
-    }
-
     /// One step: motion, then geometry. External points move to `sample`, or stay without one; an
     /// occluded point stays where it was seen last.
     ///

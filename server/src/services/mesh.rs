@@ -20,11 +20,12 @@ use tonic::{Request, Response, Status};
 use super::{Shared, session::count};
 use crate::{
     convert::known,
+    end::End,
     error::{ServiceError, invalid},
     metrics::Metrics,
-    outlets::{Published, now_nanos},
+    outlets::Published,
     registry::Entry,
-    session::End,
+    timing::now_nanos,
 };
 
 /// Items larger than this come in chunks where the reader does not say: gRPC libraries take 4 MiB.

@@ -18,10 +18,10 @@ use super::{Shared, session::count};
 use crate::{
     convert,
     error::{ServiceError, invalid},
-    outlets::now_nanos,
     registry::Entry,
     session::{Arrival, MOTION_QUEUE},
     status,
+    timing::now_nanos,
 };
 
 /// Bit of a point's flag byte that says it is occluded.

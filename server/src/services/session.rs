@@ -242,7 +242,7 @@ pub(super) struct ShownAs {
 /// `sessions/{id}`; an id of the server's making where the client gave none.
 fn session_name(id: &str, hash: u128) -> Result<String, ServiceError> {
     if id.is_empty() {
-        let salt = crate::outlets::now_nanos();
+        let salt = crate::timing::now_nanos();
         return Ok(format!(
             "sessions/s-{:012x}",
             xxh3_64_with_seed(&hash.to_le_bytes(), salt) >> 16
