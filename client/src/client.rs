@@ -19,7 +19,10 @@ const MAX_MESSAGE_BYTES: usize = 64 << 20;
 /// 100k vertices waits for window updates. More would only be older frames.
 const STREAM_WINDOW: u32 = 4 << 20;
 
-/// The same for all streams together: one that nobody reads leaves room for the others.
+/// Bytes of an HTTP/2 frame taken: with its 16 KiB a mesh of 100k vertices comes in 70 pieces, a third slower.
+const FRAME: u32 = 1 << 20;
+
+/// The same as [`STREAM_WINDOW`] for all streams together: one that nobody reads leaves room for the others.
 const CONNECTION_WINDOW: u32 = 256 << 20;
 
 /// Meshes up to this size travel inside the scene; the server takes messages of 4 MiB.
@@ -48,6 +51,7 @@ impl Client {
             .tcp_nodelay(true)
             .initial_stream_window_size(STREAM_WINDOW)
             .initial_connection_window_size(CONNECTION_WINDOW)
+            .max_frame_size(FRAME)
             .connect_timeout(Duration::from_secs(5))
             .http2_keep_alive_interval(Duration::from_secs(20))
             .connect()
