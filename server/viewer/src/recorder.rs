@@ -304,7 +304,8 @@ fn batch(array: ArrayRef, descriptor: re_sdk::ComponentDescriptor) -> Serialized
 fn positions_of(of: &[Vector3<f64>], which: impl ExactSizeIterator<Item = usize>) -> ArrayRef {
     let mut flat = Vec::with_capacity(3 * which.len());
     for index in which {
-        flat.extend(of[index].iter().map(|&metres| metres as f32));
+        let metres = of[index];
+        flat.extend_from_slice(&[metres.x as f32, metres.y as f32, metres.z as f32]);
     }
     triples::<Float32Type>(flat)
 }
