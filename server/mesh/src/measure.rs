@@ -1,5 +1,7 @@
 //! Volumes, areas and Jacobians of cells.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 
 use crate::{Cell, CellType, Face, Grid};
@@ -24,6 +26,23 @@ pub fn area(grid: &Grid, cell: usize) -> f64 {
     faces
         .map(|face| face_normal(&grid.positions, &face).norm())
         .sum()
+}
+
+/// How round a cell is, without unit: 36 π V² / A³ of its volume V and area A, with the sign of V. 1 for a ball, π / 6
+/// for a cube, 0.302 for a regular tetrahedron, 0 for a flat cell, and below 0 for one that is inside out. Of a triangle,
+/// quad or polygon it is 0.
+///
+/// # Panics
+/// If there is no such cell in a checked grid.
+pub fn quality(grid: &Grid, cell: usize) -> f64 {
+    let (volume, area) = (volume(grid, cell), area(grid, cell));
+    if area == 0.0 {
+        return 0.0;
+    }
+    // Of ratios to the side of a cube of that area: the powers of very small or large cells would leave f64's range.
+    let side = area.sqrt();
+    let ratio = volume / side / side / side;
+    36.0 * PI * ratio * ratio.abs()
 }
 
 pub(crate) fn cell_volume(positions: &[Vector3<f64>], cell: &Cell<'_>) -> f64 {

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use sinew_mesh::{Cell, CellType, Cells, Grid, GridError, area, inspect, shapes, surface, volume};
-use sinew_mesh::{Surface, vertex_normals};
+use sinew_mesh::{Cell, CellType, Cells, Grid, GridError, area, inspect, quality, shapes, surface};
+use sinew_mesh::{Surface, vertex_normals, volume};
 
 /// A prism of height 1 over a regular polygon of radius 1, wound as given.
 fn prism(kind: CellType, corners: i32, sense: f64) -> Grid {
@@ -125,6 +125,28 @@ fn moving_an_inner_vertex_only_moves_volume_between_cells() {
     grid.positions[13] += Vector3::new(0.1, -0.07, 0.05);
     let sum: f64 = (0..8).map(|cell| volume(&grid, cell)).sum();
     assert!((sum - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn quality_is_that_of_the_shape_at_any_size_and_negative_inside_out() {
+    let corners = [
+        [1.0, 1.0, 1.0],
+        [-1.0, 1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    for scale in [1e-50, 1.0, 1e50] {
+        let scaled = |corners: &[[f64; 3]]| points(corners).iter().map(|p| p * scale).collect();
+        let cube = one(CellType::Hexahedron, scaled(&CUBE), &[]);
+        assert!((quality(&cube, 0) - std::f64::consts::PI / 6.0).abs() < 1e-15);
+        let mut tetrahedron = one(CellType::Tetrahedron, scaled(&corners), &[]);
+        let regular = std::f64::consts::PI / 108f64.sqrt();
+        assert!((quality(&tetrahedron, 0) - regular).abs() < 1e-15);
+        tetrahedron.positions.swap(0, 1);
+        assert!((quality(&tetrahedron, 0) + regular).abs() < 1e-15);
+        tetrahedron.positions[0] = tetrahedron.positions[1];
+        assert_eq!(quality(&tetrahedron, 0), 0.0);
+    }
 }
 
 #[test]

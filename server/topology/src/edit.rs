@@ -1,0 +1,223 @@
+//! Edits: all of a batch or nothing of it.
+
+use crate::error::EditError;
+use crate::journal::Undo;
+use crate::{AnyCell, Cell, Changes, Dart, Dimension, Event, Kind, Map, Vertex, Volume};
+
+/// A map that is being edited. What is done is final when the closure given to [`Map::edit`] returns `Ok`.
+///
+/// Each operation checks everything first: one that refuses has changed nothing, and the edit may go on without it.
+#[derive(Debug)]
+pub struct Edit<'a> {
+    pub(crate) map: &'a mut Map,
+    pub(crate) changes: Changes,
+    /// Darts whose cells are to be settled when the edit ends.
+    pub(crate) unsettled: Vec<Dart>,
+    /// One dart of each face that was linked or unlinked along β3.
+    pub(crate) unsettled_faces: Vec<Dart>,
+    /// Darts before which their face is open.
+    pub(crate) headless: Vec<Dart>,
+    /// Whether β2 was ever free in this edit, so that fans of faces around vertices may have borders.
+    pub(crate) has_borders: bool,
+    /// Scratch memory.
+    pub(crate) scratch: Vec<Dart>,
+    /// Scratch memory.
+    pub(crate) queue: Vec<Dart>,
+    finished: bool,
+}
+
+/// Where an edit was; see [`Edit::attempt`].
+#[derive(Clone, Debug)]
+struct Mark {
+    writes: usize,
+    events: usize,
+    among: usize,
+    /// Mostly empty, as the next two: only links leave anything to settle.
+    unsettled: Vec<Dart>,
+    unsettled_faces: Vec<Dart>,
+    headless: Vec<Dart>,
+    has_borders: bool,
+}
+
+impl Map {
+    /// Makes a batch of edits: all of them, or none if `batch` returns an error. A rollback costs what the batch cost.
+    ///
+    /// In debug builds this asserts that the map has no [`Map::violations`] afterwards, which costs a look at every dart.
+    ///
+    /// # Errors
+    /// What `batch` returns, or [`EditError::OpenFace`] or [`EditError::OpenVolume`] if links were left open.
+    pub fn edit<T, E: From<EditError>>(
+        &mut self,
+        batch: impl FnOnce(&mut Edit<'_>) -> Result<T, E>,
+    ) -> Result<(T, Changes), E> {
+        let mut edit = Edit {
+            map: self,
+            changes: Changes::default(),
+            unsettled: Vec::new(),
+            unsettled_faces: Vec::new(),
+            headless: Vec::new(),
+            has_borders: false,
+            scratch: Vec::new(),
+            queue: Vec::new(),
+            finished: false,
+        };
+        let value = batch(&mut edit)?;
+        edit.settle_pending()?;
+        edit.check_closed()?;
+        edit.finished = true;
+        edit.changes.note(&edit.map.journal.writes);
+        let changes = std::mem::take(&mut edit.changes);
+        edit.map.journal.writes.clear();
+        drop(edit);
+        debug_assert_eq!(self.violations(), [], "after an edit");
+        Ok((value, changes))
+    }
+}
+
+/// An edit that is not finished, be it for an error or a panic, did not happen.
+impl Drop for Edit<'_> {
+    fn drop(&mut self) {
+        if !self.finished {
+            self.map.undo(0);
+        }
+    }
+}
+
+impl Edit<'_> {
+    /// The map as it is now. Until the edit ends, faces may be open, and cells not follow what only links changed.
+    pub fn map(&self) -> &Map {
+        self.map
+    }
+
+    /// What was changed so far.
+    pub fn events(&self) -> &[Event] {
+        &self.changes.events
+    }
+
+    /// Makes a batch within the batch: if `part` refuses, only what it did is taken back.
+    ///
+    /// # Errors
+    /// What `part` returns.
+    pub fn attempt<T, E>(&mut self, part: impl FnOnce(&mut Self) -> Result<T, E>) -> Result<T, E> {
+        let mark = Mark {
+            writes: self.map.journal.writes.len(),
+            events: self.changes.events.len(),
+            among: self.changes.among.len(),
+            unsettled: self.unsettled.clone(),
+            unsettled_faces: self.unsettled_faces.clone(),
+            headless: self.headless.clone(),
+            has_borders: self.has_borders,
+        };
+        part(self).inspect_err(|_| {
+            self.map.undo(mark.writes);
+            self.changes.events.truncate(mark.events);
+            self.changes.among.truncate(mark.among);
+            self.unsettled = mark.unsettled;
+            self.unsettled_faces = mark.unsettled_faces;
+            self.headless = mark.headless;
+            self.has_borders = mark.has_borders;
+        })
+    }
+
+    /// What linking leaves open only an edit as a whole can close.
+    fn check_closed(&self) -> Result<(), EditError> {
+        let map = &self.map;
+        for undo in &map.journal.writes {
+            let (Undo::Beta {
+                of: 1 | 2, dart, ..
+            }
+            | Undo::NewDart { dart, .. }) = *undo
+            else {
+                continue;
+            };
+            if map.dart_at(dart.index()).is_none() {
+                continue;
+            }
+            if map.beta[0][dart.index()].is_none() {
+                return Err(EditError::OpenFace { dart });
+            }
+            if map.dimension == Dimension::Three && map.beta2(dart).is_none() {
+                return Err(EditError::OpenVolume { dart });
+            }
+        }
+        Ok(())
+    }
+
+    /// Settles what was linked, unless a face is open, or in a 3-map a volume.
+    pub(crate) fn settle_whole(&mut self) -> Result<(), EditError> {
+        self.settle_pending()?;
+        if self.has_borders {
+            self.check_closed()?;
+            self.has_borders = false;
+        }
+        Ok(())
+    }
+
+    /// That `dart` is one of the map's.
+    pub(crate) fn known(&self, dart: Dart) -> Result<(), EditError> {
+        match self.map.dart_at(dart.index()) {
+            Some(_) => Ok(()),
+            None => Err(EditError::NoDart { dart }),
+        }
+    }
+
+    /// One dart of `cell`.
+    pub(crate) fn alive<K: Kind>(&self, cell: Cell<K>) -> Result<Dart, EditError> {
+        let any = AnyCell::of(K::DIMENSION, cell.label());
+        self.map
+            .try_dart(cell)
+            .ok_or(EditError::NoCell { cell: any })
+    }
+
+    /// That there may be so many darts more.
+    pub(crate) fn room(&self, darts: usize) -> Result<(), EditError> {
+        match self.map.dart_slot_count().checked_add(darts) {
+            Some(total) if total <= Dart::MOST => Ok(()),
+            _ => Err(EditError::Full),
+        }
+    }
+
+    /// A new cell of `dimension` that comes from `parent`, with `dart` in it.
+    pub(crate) fn bear(&mut self, dimension: usize, parent: Option<AnyCell>, dart: Dart) -> u32 {
+        let label = self.map.new_cell(dimension);
+        self.map.set_cell_dart(dimension, label, Some(dart));
+        self.changes
+            .born(AnyCell::of(dimension, label), parent, &[]);
+        label
+    }
+
+    /// A new vertex within `parent`, in the midst of `among`.
+    pub(crate) fn bear_vertex(
+        &mut self,
+        parent: Option<AnyCell>,
+        among: &[Cell<Vertex>],
+        dart: Dart,
+    ) -> Cell<Vertex> {
+        let label = self.map.new_cell(0);
+        self.map.set_cell_dart(0, label, Some(dart));
+        self.changes.born(AnyCell::of(0, label), parent, among);
+        Cell::new(label)
+    }
+
+    pub(crate) fn bury(&mut self, dimension: usize, label: u32, heir: Option<u32>) {
+        self.map.free_cell(dimension, label);
+        let heir = heir.map(|heir| AnyCell::of(dimension, heir));
+        self.changes.died(AnyCell::of(dimension, label), heir);
+    }
+
+    /// Sets both directions of β2 or β3.
+    pub(crate) fn pair(&mut self, beta: usize, one: Dart, other: Dart) {
+        self.map.set_beta(beta, one, Some(other));
+        self.map.set_beta(beta, other, Some(one));
+    }
+
+    /// Gives all sides of faces around a volume, of which `darts` are the darts, to `volume`.
+    pub(crate) fn own_sides(&mut self, darts: &[Dart], volume: Cell<Volume>) {
+        for &dart in darts {
+            let side = self.map.label[crate::map::SIDE][dart.index()];
+            if self.map.side_volume[side as usize] != volume.label() {
+                self.map.set_side_volume(side, volume.label());
+            }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What an edit wrote, so that it can be taken back.
+
+use crate::map::SIDE;
+use crate::slots::{NONE, UNSETTLED};
+use crate::{Dart, Map};
+
+/// One write, and what was there before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Undo {
+    Beta {
+        of: u8,
+        dart: Dart,
+        was: Option<Dart>,
+    },
+    Label {
+        column: u8,
+        dart: Dart,
+        was: u32,
+    },
+    SideVolume {
+        side: u32,
+        was: u32,
+    },
+    CellDart {
+        dimension: u8,
+        cell: u32,
+        was: Option<Dart>,
+    },
+    NewDart {
+        dart: Dart,
+        reused: bool,
+    },
+    FreedDart(Dart),
+    NewCell {
+        dimension: u8,
+        cell: u32,
+        reused: bool,
+    },
+    FreedCell {
+        dimension: u8,
+        cell: u32,
+    },
+}
+
+const _: () = assert!(size_of::<Undo>() <= 12);
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Journal {
+    pub(crate) writes: Vec<Undo>,
+}
+
+impl Journal {
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Undo>() * self.writes.capacity()
+    }
+}
+
+/// A dimension or a column, of which there are four at most.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "below 4; checking would cost as much as the write"
+)]
+fn small(number: usize) -> u8 {
+    number as u8
+}
+
+/// Every write to a map goes through here.
+impl Map {
+    pub(crate) fn set_beta(&mut self, beta: usize, dart: Dart, to: Option<Dart>) {
+        let was = std::mem::replace(&mut self.beta[beta - 1][dart.index()], to);
+        let of = small(beta);
+        self.journal.writes.push(Undo::Beta { of, dart, was });
+    }
+
+    pub(crate) fn set_label(&mut self, column: usize, dart: Dart, to: u32) {
+        let was = std::mem::replace(&mut self.label[column][dart.index()], to);
+        let column = small(column);
+        self.journal.writes.push(Undo::Label { column, dart, was });
+    }
+
+    pub(crate) fn set_side_volume(&mut self, side: u32, to: u32) {
+        let was = std::mem::replace(&mut self.side_volume[side as usize], to);
+        self.journal.writes.push(Undo::SideVolume { side, was });
+    }
+
+    pub(crate) fn set_cell_dart(&mut self, dimension: usize, cell: u32, to: Option<Dart>) {
+        let was = std::mem::replace(&mut self.slots[dimension].dart[cell as usize], to);
+        let dimension = small(dimension);
+        let undo = Undo::CellDart {
+            dimension,
+            cell,
+            was,
+        };
+        self.journal.writes.push(undo);
+    }
+
+    /// A dart that is free everywhere and in no cell. The caller has made sure that there may be one more.
+    pub(crate) fn new_dart(&mut self) -> Dart {
+        let (dart, reused) = match self.free_darts.pop() {
+            Some(dart) => (dart, true),
+            None => {
+                let dart = Dart::at(self.label[SIDE].len());
+                self.beta.iter_mut().for_each(|column| column.push(None));
+                self.label.iter_mut().for_each(|column| column.push(NONE));
+                (dart, false)
+            }
+        };
+        self.label[SIDE][dart.index()] = UNSETTLED;
+        self.journal.writes.push(Undo::NewDart { dart, reused });
+        dart
+    }
+
+    /// Takes a dart out of its cells and away. The caller has seen to whatever was linked to it.
+    pub(crate) fn free_dart(&mut self, dart: Dart) {
+        for beta in 1..=3 {
+            self.set_beta(beta, dart, None);
+        }
+        for column in 0..3 {
+            self.set_label(column, dart, NONE);
+        }
+        self.free_darts.push(dart);
+        self.journal.writes.push(Undo::FreedDart(dart));
+    }
+
+    pub(crate) fn new_cell(&mut self, dimension: usize) -> u32 {
+        let (cell, reused) = self.slots[dimension].take();
+        if dimension == 2 && !reused {
+            self.side_volume.extend([NONE; 2]);
+        }
+        let dimension = small(dimension);
+        let undo = Undo::NewCell {
+            dimension,
+            cell,
+            reused,
+        };
+        self.journal.writes.push(undo);
+        cell
+    }
+
+    pub(crate) fn free_cell(&mut self, dimension: usize, cell: u32) {
+        self.set_cell_dart(dimension, cell, None);
+        if dimension == 2 {
+            self.set_side_volume(2 * cell, NONE);
+            self.set_side_volume(2 * cell + 1, NONE);
+        }
+        self.slots[dimension].give(cell);
+        let dimension = small(dimension);
+        self.journal
+            .writes
+            .push(Undo::FreedCell { dimension, cell });
+    }
+
+    /// Takes back all writes but the first `keep`.
+    pub(crate) fn undo(&mut self, keep: usize) {
+        while self.journal.writes.len() > keep {
+            match self.journal.writes.pop() {
+                None => return,
+                Some(undo) => self.undo_one(undo),
+            }
+        }
+    }
+
+    fn undo_one(&mut self, undo: Undo) {
+        match undo {
+            Undo::Beta { of, dart, was } => self.beta[usize::from(of) - 1][dart.index()] = was,
+            Undo::Label { column, dart, was } => {
+                self.label[usize::from(column)][dart.index()] = was;
+            }
+            Undo::SideVolume { side, was } => self.side_volume[side as usize] = was,
+            Undo::CellDart {
+                dimension,
+                cell,
+                was,
+            } => self.slots[usize::from(dimension)].dart[cell as usize] = was,
+            Undo::NewDart { dart, reused: true } => {
+                self.label[SIDE][dart.index()] = NONE;
+                self.free_darts.push(dart);
+            }
+            Undo::NewDart { reused: false, .. } => {
+                self.beta.iter_mut().for_each(|column| {
+                    column.pop();
+                });
+                self.label.iter_mut().for_each(|column| {
+                    column.pop();
+                });
+            }
+            Undo::FreedDart(_) => {
+                self.free_darts.pop();
+            }
+            Undo::NewCell {
+                dimension,
+                cell,
+                reused,
+            } => {
+                self.slots[usize::from(dimension)].untake(cell, reused);
+                if dimension == 2 && !reused {
+                    self.side_volume.truncate(2 * cell as usize);
+                }
+            }
+            Undo::FreedCell { dimension, cell } => {
+                self.slots[usize::from(dimension)].ungive(cell);
+            }
+        }
+    }
+}
