@@ -154,6 +154,27 @@ impl Client {
         Ok(self.sessions().step(request).await?.into_inner())
     }
 
+    /// Changes how the points drive a session's mesh.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT`, `ABORTED` where the etag is stale, `FAILED_PRECONDITION` where it blends already.
+    pub async fn update_mapping(
+        &self,
+        request: v1::UpdateMappingRequest,
+    ) -> Result<v1::Session, ClientError> {
+        Ok(self.sessions().update_mapping(request).await?.into_inner())
+    }
+
+    /// Asks why a vertex is where it is.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT` where there is no such vertex.
+    pub async fn explain(&self, name: &str, vertex: u32) -> Result<v1::Explanation, ClientError> {
+        let name = name.to_owned();
+        let request = v1::ExplainRequest { name, vertex };
+        Ok(self.sessions().explain(request).await?.into_inner())
+    }
+
     /// Uploads a grid.
     ///
     /// # Errors

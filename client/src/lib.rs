@@ -84,6 +84,6 @@ pub mod vtk;
 pub use client::Client;
 pub use error::{ClientError, Refusal};
 pub use motion::{MotionStream, motion_frame, paced, take_frames};
-pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax};
+pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax, load_mapping};
 pub use sinew_formats::take::Take;
 pub use subscription::{Counts, Subscription, Update};

@@ -7,7 +7,7 @@
 
 use std::{fs, path::PathBuf};
 
-use sinew_client::{SceneFile, SceneFileError};
+use sinew_client::{SceneFile, SceneFileError, load_mapping};
 use sinew_proto::v1;
 
 const TAKE: &str = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n\
@@ -175,4 +175,28 @@ fn the_scenes_shipped_with_sinew_load() {
     assert_eq!(external(&walk.scene).labels.len(), 144);
     let bridge = SceneFile::load(&folder.join("bridge.toml")).unwrap();
     assert!(bridge.take.is_none() && bridge.warnings.is_empty());
+}
+
+#[test]
+fn a_file_may_hold_a_mapping_alone() {
+    let scene = folder("mapping", "");
+    let path = scene.with_file_name("soft.toml");
+    fs::write(&path, "rule.shapeMatching = {}\nfilter.keep.k = 12\n").unwrap();
+    let mapping = load_mapping(&path).unwrap();
+    let json = serde_json::to_string(&mapping).unwrap();
+    fs::write(scene.with_file_name("soft.json"), json).unwrap();
+    assert_eq!(
+        load_mapping(&scene.with_file_name("soft.json")).unwrap(),
+        mapping
+    );
+    let keep = v1::filter::Kind::Keep(v1::KeepK { k: 12 });
+    assert_eq!(mapping.filter.unwrap().kind, Some(keep));
+
+    fs::write(&path, "[filter]\nkeep.n = 12\n").unwrap();
+    let refusal = load_mapping(&path).unwrap_err().to_string();
+    assert!(
+        refusal.contains("soft.toml, line 2: keep.n: ")
+            || refusal.contains("soft.toml, line 2: filter.keep.n: "),
+        "{refusal}"
+    );
 }

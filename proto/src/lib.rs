@@ -29,5 +29,5 @@ pub mod v1 {
 /// The serialised descriptor set of `sinew.v1`, for reflection.
 pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));
 
-/// The protobuf timestamp of the JSON mapping.
-pub use pbjson_types::Timestamp;
+/// The field mask and the timestamp of the JSON mapping.
+pub use pbjson_types::{FieldMask, Timestamp};

@@ -1,6 +1,8 @@
 //! From the wire to a scene: units and defaults. Forms are checked here, values in
 //! [`sinew_engine::World::build`]; both name fields by their path in the request.
 
+mod mapping;
+
 use nalgebra::Vector3;
 use sinew_engine as engine;
 use sinew_mesh::{Cells, Grid};
@@ -12,12 +14,12 @@ use crate::{
     session::Drive,
 };
 
-/// The points that a vertex keeps where the scene does not say.
-const DEFAULT_KEEP: usize = 8;
 /// Simulated time of a step of an internal model where the scene does not say, s.
 const DEFAULT_TIME_STEP: f64 = 1.0 / 120.0;
 /// Longest title, characters.
 const TITLE: usize = 200;
+
+pub(crate) use mapping::mapping;
 
 type Result<T, E = ServiceError> = std::result::Result<T, E>;
 
@@ -219,37 +221,6 @@ fn lattice(lattice: v1::Lattice) -> Result<engine::Lattice> {
                 },
             })
             .collect(),
-    })
-}
-
-fn mapping(mapping: v1::Mapping) -> Result<engine::Mapping> {
-    use engine::{Filter, Kernel, Rule, Weighting};
-    let distance = match mapping.weighting.and_then(|weighting| weighting.kind) {
-        Some(v1::weighting::Kind::Distance(distance)) => distance,
-        None => v1::DistanceWeighting::default(),
-    };
-    let kernel =
-        match known::<v1::Kernel>(distance.kernel, "scene.mapping.weighting.distance.kernel")? {
-            v1::Kernel::Unspecified | v1::Kernel::Gaussian => Kernel::Gaussian,
-            v1::Kernel::InverseSquare => Kernel::InverseSquare,
-        };
-    let keep = match mapping.filter.and_then(|filter| filter.kind) {
-        Some(v1::filter::Kind::Keep(keep)) if keep.k > 0 => keep.k as usize,
-        Some(v1::filter::Kind::Keep(_)) | None => DEFAULT_KEEP,
-    };
-    Ok(engine::Mapping {
-        recipe: engine::Recipe {
-            weighting: Weighting::Distance {
-                kernel,
-                scale: (distance.scale != 0.0).then_some(distance.scale),
-            },
-            filter: Filter::KeepK(keep),
-            rule: match mapping.rule.and_then(|rule| rule.kind) {
-                Some(v1::motion_rule::Kind::ShapeMatching(_)) => Rule::ShapeMatching,
-                Some(v1::motion_rule::Kind::WeightedMean(_)) | None => Rule::WeightedMean,
-            },
-        },
-        points: mapping.points,
     })
 }
 

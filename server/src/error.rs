@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use sinew_engine::SceneError;
+use sinew_engine::{RemapError, SceneError};
 
 use crate::end::{End, Fault};
 
@@ -35,6 +35,10 @@ pub(crate) enum ServiceError {
         "the session is at step {actual}, not at expected_step {expected}; get the session and decide again"
     )]
     StepMismatch { expected: u64, actual: u64 },
+    #[error("the mapping is no longer the one of this etag; get the session and decide again")]
+    EtagMismatch,
+    #[error("{0}")]
+    MappingBlending(RemapError),
     #[error("{wanted} steps need {wanted} motion frames and {waiting} wait; stream more first")]
     MotionStarved { wanted: usize, waiting: usize },
     #[error("the session makes its own motion; only scenes with motion.external take a stream")]
@@ -64,6 +68,19 @@ pub(crate) enum ServiceError {
     MessageTooLarge(String),
     #[error("an error of ours: {0}")]
     Internal(String),
+}
+
+impl From<RemapError> for ServiceError {
+    fn from(error: RemapError) -> Self {
+        match error {
+            RemapError::BlendSeconds { .. } => Self::Invalid(SceneError {
+                reason: "VALUE_OUT_OF_RANGE",
+                field: "blend_seconds".to_owned(),
+                message: error.to_string(),
+            }),
+            RemapError::Blending { .. } => Self::MappingBlending(error),
+        }
+    }
 }
 
 /// Refuses a value of a request: the field's path, what is wrong with its value, what to do.

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use sinew_engine::{Frame, MotionSample, StepError, World};
+use sinew_engine::{Bound, Explanation, Frame, MotionSample, Rest, StepError, World};
+use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
     sync::{mpsc, oneshot},
@@ -13,7 +14,7 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{
     end::{End, Fault},
-    error::ServiceError,
+    error::{ServiceError, invalid},
     kernels::Kernels,
     metrics::Metrics,
     outlets::Outlets,
@@ -39,20 +40,49 @@ pub(crate) struct Report {
     pub(crate) activity: Activity,
     pub(crate) frame: Arc<Frame>,
     pub(crate) digest: u128,
+    pub(crate) mapping: Arc<v1::Mapping>,
 }
 
-/// A wish, and where its answer goes. Wishes are data: they could be logged and replayed.
-pub(crate) struct Command {
-    pub(crate) wish: Wish,
-    pub(crate) reply: oneshot::Sender<Result<Report, ServiceError>>,
+/// What is asked of a session, and where the answer goes.
+enum Command {
+    Fulfil {
+        wish: Wish,
+        reply: Reply<Report>,
+    },
+    Explain {
+        vertex: u32,
+        reply: Reply<Explanation>,
+    },
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+type Reply<T> = oneshot::Sender<Result<T, ServiceError>>;
+
+#[derive(Debug)]
 pub(crate) enum Wish {
     Describe,
     Run,
     Pause,
     Step { steps: u32, expected: Option<u64> },
+    Remap(Box<Remap>),
+}
+
+/// A new mapping.
+#[derive(Debug)]
+pub(crate) struct Remap {
+    /// The one that it was made from; refused where that stands no more.
+    pub(crate) base: Arc<v1::Mapping>,
+    pub(crate) mapping: Arc<v1::Mapping>,
+    /// The same, bound to the session's rest pose.
+    pub(crate) bound: Bound,
+    pub(crate) blend_seconds: f64,
+    pub(crate) effect: Effect,
+}
+
+/// Whether a change is made or only checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effect {
+    Made,
+    Checked,
 }
 
 /// A motion sample and when it came.
@@ -76,6 +106,7 @@ pub(crate) enum Drive {
 #[derive(Clone)]
 pub(crate) struct Handle {
     inbox: mpsc::Sender<Command>,
+    pub(crate) rest: Arc<Rest>,
     pub(crate) motion: mpsc::Sender<Arrival>,
     pub(crate) outlets: Arc<Outlets>,
     pub(crate) cancel: CancellationToken,
@@ -85,6 +116,7 @@ impl Handle {
     /// Starts the session's task.
     pub(crate) fn spawn(
         world: World,
+        mapping: v1::Mapping,
         drive: Drive,
         kernels: Kernels,
         viewer: Publisher,
@@ -96,6 +128,7 @@ impl Handle {
         let (motion, arrivals) = mpsc::channel(MOTION_QUEUE);
         let handle = Self {
             inbox,
+            rest: world.rest(),
             motion,
             outlets: Arc::clone(&outlets),
             cancel: CancellationToken::new(),
@@ -105,6 +138,7 @@ impl Handle {
             last_digest: world.digest(),
             clock: clock(world.time_step()),
             world: Some(world),
+            mapping: Arc::new(mapping),
             activity: Activity::Paused,
             drive,
             arrivals,
@@ -119,10 +153,18 @@ impl Handle {
 
     /// Asks for something and waits for the answer.
     pub(crate) async fn ask(&self, wish: Wish) -> Result<Report, ServiceError> {
+        self.send(|reply| Command::Fulfil { wish, reply }).await
+    }
+
+    /// Asks why a vertex is where it is.
+    pub(crate) async fn explain(&self, vertex: u32) -> Result<Explanation, ServiceError> {
+        self.send(|reply| Command::Explain { vertex, reply }).await
+    }
+
+    async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, ServiceError> {
         let (reply, answer) = oneshot::channel();
         let ended = || ServiceError::Ended(self.outlets.end());
-        let command = Command { wish, reply };
-        self.inbox.send(command).await.map_err(|_| ended())?;
+        self.inbox.send(command(reply)).await.map_err(|_| ended())?;
         answer.await.map_err(|_| ended())?
     }
 }
@@ -130,6 +172,8 @@ impl Handle {
 struct Actor {
     /// Away during a step; gone after a fault.
     world: Option<World>,
+    /// As it stands.
+    mapping: Arc<v1::Mapping>,
     last: Arc<Frame>,
     last_digest: u128,
     activity: Activity,
@@ -150,9 +194,16 @@ impl Actor {
             tokio::select! {
                 () = cancel.cancelled() => return self.outlets.finish(self.outlets.end()),
                 command = commands.recv() => {
-                    let Some(Command { wish, reply }) = command else { return };
-                    let answer = self.fulfil(wish, &cancel).await;
-                    reply.send(answer).ok(); // the asker may have left
+                    // Askers may have left before their answers.
+                    match command {
+                        None => return,
+                        Some(Command::Fulfil { wish, reply }) => {
+                            reply.send(self.fulfil(wish, &cancel).await).ok();
+                        }
+                        Some(Command::Explain { vertex, reply }) => {
+                            reply.send(self.explain(vertex).await).ok();
+                        }
+                    }
                 }
                 arrival = self.arrivals.recv(), if running && self.drive == Drive::External => {
                     let Some(arrival) = arrival else { return };
@@ -175,7 +226,10 @@ impl Actor {
     ) -> Result<Report, ServiceError> {
         match (wish, &self.activity) {
             (Wish::Describe, _) => {}
-            (Wish::Run | Wish::Pause | Wish::Step { .. }, Activity::Faulted(fault)) => {
+            (
+                Wish::Run | Wish::Pause | Wish::Step { .. } | Wish::Remap(_),
+                Activity::Faulted(fault),
+            ) => {
                 return Err(ServiceError::Faulted(fault.clone()));
             }
             (Wish::Run, _) => {
@@ -186,6 +240,9 @@ impl Actor {
             (Wish::Step { .. }, Activity::Running) => return Err(ServiceError::Running),
             (Wish::Step { steps, expected }, Activity::Paused) => {
                 self.step_many(steps, expected, cancel).await?;
+            }
+            (Wish::Remap(remap), Activity::Paused | Activity::Running) => {
+                self.remap(*remap).await?;
             }
         }
         Ok(self.report())
@@ -223,57 +280,112 @@ impl Actor {
         Ok(())
     }
 
-    /// One step on a kernel thread; afterwards its frame is published, or the fault is known.
-    async fn step(&mut self, arrival: Option<Arrival>) {
-        let Some(mut world) = self.world.take() else {
-            return;
-        };
-        let received = arrival.as_ref().map_or(0, |arrival| arrival.received_nanos);
-        let started = now_nanos();
-        let stepped = self.kernels.run(move || {
-            let outcome = world.step(arrival.as_ref().map(|arrival| &arrival.sample));
+    async fn remap(&mut self, remap: Remap) -> Result<(), ServiceError> {
+        let Remap {
+            base,
+            mapping,
+            bound,
+            blend_seconds,
+            effect,
+        } = remap;
+        if !Arc::ptr_eq(&base, &self.mapping) {
+            return Err(ServiceError::EtagMismatch);
+        }
+        let admitted = self.lend(move |world| match effect {
+            Effect::Made => world.remap(bound, blend_seconds),
+            Effect::Checked => world.may_remap(blend_seconds),
+        });
+        admitted.await.ok_or_else(|| self.lost())??;
+        if effect == Effect::Made {
+            self.mapping = mapping;
+        }
+        Ok(())
+    }
+
+    async fn explain(&mut self, vertex: u32) -> Result<Explanation, ServiceError> {
+        let explained = self.lend(move |world| world.explain(vertex as usize)).await;
+        explained.ok_or_else(|| self.lost())?.ok_or_else(|| {
+            let count = self.last.vertices.len();
+            let problem = format!("is {vertex}, and the mesh has {count} vertices");
+            let remedy = "give the index of one, from 0";
+            invalid("INDEX_OUT_OF_RANGE", "vertex", problem, remedy)
+        })
+    }
+
+    /// Lends the world to a kernel thread. Nothing comes of it where the world is gone, or where a panic there ends the
+    /// session.
+    async fn lend<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce(&mut World) -> T + Send + 'static,
+    ) -> Option<T> {
+        let mut world = self.world.take()?;
+        let lent = self.kernels.run(move || {
+            let outcome = work(&mut world);
             (world, outcome)
         });
-        match stepped.await {
-            Ok((world, Ok(frame))) => {
+        match lent.await {
+            Ok((world, outcome)) => {
                 self.world = Some(world);
-                self.last = Arc::clone(&frame);
-                let timing = StepTiming {
-                    received,
-                    started,
-                    published: now_nanos(),
-                };
-                self.metrics.stepped(timing);
-                if let Some(viewer) = &self.viewer {
-                    viewer.publish(Shown {
-                        frame: Arc::clone(&frame),
-                        step_seconds: timing.step_seconds(),
-                        latency_seconds: timing.latency_seconds(),
-                    });
-                }
-                self.outlets.publish(frame, timing);
+                Some(outcome)
             }
-            Ok((world, Err(error))) => {
-                self.last_digest = world.digest();
-                self.fault("SIM_DIVERGED", &error);
+            Err(panic) => {
+                self.panicked(&panic);
+                None
             }
-            Err(panic) => self.panicked(&panic),
         }
     }
 
-    fn fault(&mut self, reason: &'static str, error: &StepError) {
-        let message = format!("step {}: {error}", self.last.step + 1);
-        self.end(Fault { reason, message });
+    /// Why there is no world any more.
+    fn lost(&self) -> ServiceError {
+        match &self.activity {
+            Activity::Faulted(fault) => ServiceError::Faulted(fault.clone()),
+            Activity::Paused | Activity::Running => ServiceError::Ended(self.outlets.end()),
+        }
+    }
+
+    /// One step; afterwards its frame is published, or the fault is known.
+    async fn step(&mut self, arrival: Option<Arrival>) {
+        let received = arrival.as_ref().map_or(0, |arrival| arrival.received_nanos);
+        let started = now_nanos();
+        let stepped =
+            self.lend(move |world| world.step(arrival.as_ref().map(|arrival| &arrival.sample)));
+        let frame = match stepped.await {
+            Some(Ok(frame)) => frame,
+            Some(Err(error)) => return self.diverged(&error),
+            None => return,
+        };
+        self.last = Arc::clone(&frame);
+        let timing = StepTiming {
+            received,
+            started,
+            published: now_nanos(),
+        };
+        self.metrics.stepped(timing);
+        if let Some(viewer) = &self.viewer {
+            viewer.publish(Shown {
+                frame: Arc::clone(&frame),
+                step_seconds: timing.step_seconds(),
+                latency_seconds: timing.latency_seconds(),
+            });
+        }
+        self.outlets.publish(frame, timing);
+    }
+
+    fn diverged(&mut self, error: &StepError) {
+        // The world is spent.
+        if let Some(world) = self.world.take() {
+            self.last_digest = world.digest();
+        }
+        self.end(Fault {
+            reason: "SIM_DIVERGED",
+            message: format!("step {}: {error}", self.last.step + 1),
+        });
     }
 
     fn panicked(&mut self, panic: &str) {
-        let message = format!(
-            "step {} failed by an error of ours: {panic}",
-            self.last.step + 1
-        );
         self.end(Fault {
             reason: "SESSION_PANICKED",
-            message,
+            message: format!("after step {}: an error of ours: {panic}", self.last.step),
         });
     }
 
@@ -297,6 +409,7 @@ impl Actor {
             activity: self.activity.clone(),
             frame: Arc::clone(&self.last),
             digest: self.last_digest,
+            mapping: Arc::clone(&self.mapping),
         }
     }
 }

@@ -48,6 +48,8 @@ fn code_and_reason(error: &ServiceError) -> (Code, &str) {
         E::Ended(End::Faulted(fault)) => (Code::Aborted, fault.reason),
         E::Ended(End::Deleted | End::Shutdown) => (Code::Aborted, "SESSION_ENDED"),
         E::StepMismatch { .. } => (Code::Aborted, "STEP_MISMATCH"),
+        E::EtagMismatch => (Code::Aborted, "ETAG_MISMATCH"),
+        E::MappingBlending(_) => (Code::FailedPrecondition, "MAPPING_BLENDING"),
         E::MotionStarved { .. } => (Code::FailedPrecondition, "MOTION_STARVED"),
         E::MotionNotExternal => (Code::FailedPrecondition, "MOTION_NOT_EXTERNAL"),
         E::MotionSourceBusy => (Code::FailedPrecondition, "MOTION_SOURCE_BUSY"),

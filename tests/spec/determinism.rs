@@ -9,7 +9,7 @@ const POINTS: usize = 40;
 const FRAMES: u64 = 12;
 
 /// Runs `scenario` on servers with 1, 2 and 8 threads, and once more: all its digests must agree.
-fn same_on_any_number_of_threads(scenario: impl AsyncFn(&TestServer) -> Vec<String>) {
+pub(crate) fn same_on_any_number_of_threads(scenario: impl AsyncFn(&TestServer) -> Vec<String>) {
     live(async {
         let mut expected = None;
         for threads in [1, 2, 8, 2] {

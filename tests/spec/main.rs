@@ -3,11 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod determinism;
+mod explain;
 mod faults;
 mod http;
 mod lifecycle;
+mod mappings;
 mod motion;
 mod refusals;
+mod remap;
 mod shutdown;
 mod slow;
 mod streaming;

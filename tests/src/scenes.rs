@@ -48,6 +48,19 @@ pub fn rest(points: usize) -> Vec<[f64; 3]> {
     (0..points).map(at).collect()
 }
 
+/// The points of [`block`], twisted and bent, m.
+pub fn bent(points: usize, angle: f64) -> Vec<[f64; 3]> {
+    let twist = |p: &[f64; 3]| {
+        let (sin, cos) = (angle * p[2]).sin_cos();
+        [
+            cos * p[0] - sin * p[1],
+            sin * p[0] + cos * p[1],
+            p[2] + angle * p[0] * p[0],
+        ]
+    };
+    rest(points).iter().map(twist).collect()
+}
+
 fn external(points: usize) -> Motion {
     let rest = rest(points);
     Motion {
@@ -60,7 +73,8 @@ fn external(points: usize) -> Motion {
     }
 }
 
-fn mapping(rule: Rule) -> Mapping {
+/// A mapping of which the rule alone is given.
+pub fn mapping(rule: Rule) -> Mapping {
     let kind = match rule {
         Rule::Mean => motion_rule::Kind::WeightedMean(WeightedMean {}),
         Rule::Rigid => motion_rule::Kind::ShapeMatching(ShapeMatching {}),

@@ -74,6 +74,29 @@ impl TestSession {
         answer.map(tonic::Response::into_inner).map_err(Refusal::of)
     }
 
+    /// Takes one step to this pose of its points; the state's digest.
+    pub async fn step_to(&self, source: &mut Source, pose: &[[f64; 3]]) -> String {
+        let sequence = source.send(pose).await;
+        source.acked(sequence).await.unwrap();
+        self.step(1).await.unwrap().digest
+    }
+
+    /// Changes its mapping; the request's name is filled in.
+    pub async fn remap(&self, request: v1::UpdateMappingRequest) -> Result<v1::Session, Refusal> {
+        let name = self.name.clone();
+        let request = v1::UpdateMappingRequest { name, ..request };
+        let answer = self.sessions().update_mapping(request).await;
+        answer.map(tonic::Response::into_inner).map_err(Refusal::of)
+    }
+
+    /// Why a vertex is where it is.
+    pub async fn explain(&self, vertex: u32) -> Result<v1::Explanation, Refusal> {
+        let name = self.name.clone();
+        let request = v1::ExplainRequest { name, vertex };
+        let answer = self.sessions().explain(request).await;
+        answer.map(tonic::Response::into_inner).map_err(Refusal::of)
+    }
+
     /// Ends it.
     pub async fn delete(&self) -> Result<(), Refusal> {
         let name = self.name.clone();

@@ -16,6 +16,7 @@ use std::{
 };
 
 pub use parse::{ParseError, Syntax};
+use serde::de::DeserializeOwned;
 use sinew_formats::take::Take;
 use sinew_mesh::Grid;
 use sinew_proto::v1;
@@ -75,16 +76,7 @@ impl SceneFile {
     /// # Errors
     /// [`SceneFileError`]: which file, which line or field, what is wrong.
     pub fn load(path: &Path) -> Result<Self, SceneFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        let syntax = Syntax::of(path).ok_or_else(|| SceneFileError::Extension(path.to_owned()))?;
-        let scene = parse::scene(&text, syntax).map_err(|source| SceneFileError::Parse {
-            path: path.to_owned(),
-            source,
-        })?;
-        resolve::files(scene, path)
+        resolve::files(read(path)?, path)
     }
 
     /// Makes a scene of a text and, where it names a take, of that take: what [`SceneFile::load`] does, without files.
@@ -93,7 +85,7 @@ impl SceneFile {
     /// [`ParseError`] where the text is no scene.
     pub fn of_text(text: &str, syntax: Syntax, take: Option<Take>) -> Result<Self, ParseError> {
         let mut file = Self {
-            scene: parse::scene(text, syntax)?,
+            scene: parse::message(text, syntax)?,
             take: None,
             grid: None,
             warnings: Vec::new(),
@@ -115,4 +107,24 @@ impl SceneFile {
         }
         Ok(scene)
     }
+}
+
+/// Reads a file that holds `sinew.v1.Mapping` alone, as it stands below `mapping` in a scene file.
+///
+/// # Errors
+/// [`SceneFileError`]: which file, which line or field, what is wrong.
+pub fn load_mapping(path: &Path) -> Result<v1::Mapping, SceneFileError> {
+    read(path)
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneFileError> {
+    let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let syntax = Syntax::of(path).ok_or_else(|| SceneFileError::Extension(path.to_owned()))?;
+    parse::message(&text, syntax).map_err(|source| SceneFileError::Parse {
+        path: path.to_owned(),
+        source,
+    })
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sinew_proto::v1::Scene;
+use serde::de::DeserializeOwned;
 
 /// How a scene file is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ impl Syntax {
     }
 }
 
-/// Why a text is no scene.
+/// Why a text is no scene, or no mapping.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {}{problem}", prefix(field))]
 pub struct ParseError {
@@ -44,16 +44,17 @@ fn prefix(field: &str) -> String {
     }
 }
 
-pub(super) fn scene(text: &str, syntax: Syntax) -> Result<Scene, ParseError> {
+/// Reads a message of `sinew.v1`.
+pub(super) fn message<T: DeserializeOwned>(text: &str, syntax: Syntax) -> Result<T, ParseError> {
     match syntax {
         Syntax::Json => json(text),
         Syntax::Toml => toml(text),
     }
 }
 
-fn json(text: &str) -> Result<Scene, ParseError> {
+fn json<T: DeserializeOwned>(text: &str) -> Result<T, ParseError> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let scene = serde_path_to_error::deserialize(&mut reader).map_err(|error| ParseError {
+    let message = serde_path_to_error::deserialize(&mut reader).map_err(|error| ParseError {
         line: error.inner().line(),
         field: field(error.path()),
         problem: without_place(&error.inner().to_string()),
@@ -63,10 +64,10 @@ fn json(text: &str) -> Result<Scene, ParseError> {
         field: String::new(),
         problem: without_place(&error.to_string()),
     })?;
-    Ok(scene)
+    Ok(message)
 }
 
-fn toml(text: &str) -> Result<Scene, ParseError> {
+fn toml<T: DeserializeOwned>(text: &str) -> Result<T, ParseError> {
     let at = |error: &toml::de::Error, field| ParseError {
         line: error
             .span()
@@ -114,6 +115,10 @@ mod tests {
     use sinew_proto::v1;
 
     use super::*;
+
+    fn scene(text: &str, syntax: Syntax) -> Result<v1::Scene, ParseError> {
+        message(text, syntax)
+    }
 
     const TOML: &str = r#"
 title = "Strip"

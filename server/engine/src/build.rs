@@ -9,7 +9,8 @@ use sinew_particles::{Network, NetworkError};
 
 use crate::{
     frame::{Frame, Layout, PointState},
-    scene::{ExternalPoints, Lattice, Mapping, MeshSource, Motion, Scene, SceneError},
+    rest::Rest,
+    scene::{ExternalPoints, Lattice, MeshSource, Motion, Scene, SceneError},
     world::{LIMIT, Source, World, first_out_of_range},
 };
 
@@ -61,29 +62,39 @@ impl World {
             MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
             MeshSource::Lattice(lattice) => lattice_grid(&lattice, &points)?,
         };
-        let usable = usable(&mapping, &points)?;
-        let binding = sinew_mapping::bind(&grid.positions, &points.rest, &usable, &mapping.recipe)
-            .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
-        let layout = Layout {
+        let rest = Rest {
+            labels: points.labels,
+            present: (points.states.iter())
+                .map(|state| *state != PointState::Absent)
+                .collect(),
+            points: points.rest,
+            vertices: grid.positions,
+        };
+        let bound = rest.bind(mapping)?;
+        let layout = Arc::new(Layout {
             epoch: 1,
             topology_version: 0,
             hash: grid.cells.hash(),
-            dominant: binding.dominant().to_vec(),
+            dominant: bound.binding.dominant().to_vec(),
             cells: grid.cells,
-        };
+        });
         let frame = Frame {
-            layout: Arc::new(layout),
+            layout: Arc::clone(&layout),
             step: 0,
             time_seconds: 0.0,
             capture_time_seconds: None,
             motion_sequence: None,
-            points: points.rest,
+            points: rest.points.clone(),
             point_states: points.states,
-            vertices: grid.positions,
+            vertices: rest.vertices.clone(),
         };
         Ok(World {
             source: points.source,
-            binding,
+            rest: Arc::new(rest),
+            bound,
+            blend: None,
+            changed_at_step: 0,
+            layout,
             time_step,
             warnings: points.warnings,
             frame: Arc::new(frame),
@@ -310,44 +321,6 @@ fn lattice_grid(lattice: &Lattice, points: &Points) -> Result<Grid, SceneError> 
         .map_err(|error| kernel_refusal("LATTICE_REFUSED", FIELD, &error))
 }
 
-/// Which points may drive the mesh.
-fn usable(mapping: &Mapping, points: &Points) -> Result<Vec<bool>, SceneError> {
-    let present: Vec<bool> = points
-        .states
-        .iter()
-        .map(|state| *state != PointState::Absent)
-        .collect();
-    if mapping.points.is_empty() {
-        return Ok(present);
-    }
-    let mut usable = vec![false; present.len()];
-    for (i, label) in mapping.points.iter().enumerate() {
-        let field = format!("scene.mapping.points[{i}]");
-        match points.labels.iter().position(|known| known == label) {
-            Some(point) if present[point] => usable[point] = true,
-            Some(_) => {
-                let problem = format!("is `{label}`, which has no rest position");
-                return Err(refuse(
-                    "POINT_ABSENT",
-                    field,
-                    problem,
-                    "map onto points that have one",
-                ));
-            }
-            None => {
-                let problem = format!("is `{label}`, which no point has");
-                return Err(refuse(
-                    "LABEL_UNKNOWN",
-                    field,
-                    problem,
-                    "use the labels of the scene's points",
-                ));
-            }
-        }
-    }
-    Ok(usable)
-}
-
 fn network_refusal(error: &NetworkError) -> SceneError {
     const FIELD: &str = "scene.motion.mass_spring";
     let (reason, field) = match error {
@@ -388,7 +361,7 @@ fn grid_refusal(error: &GridError) -> SceneError {
 }
 
 /// The kernels' errors name the value and the remedy themselves.
-fn kernel_refusal(
+pub(crate) fn kernel_refusal(
     reason: &'static str,
     field: impl Into<String>,
     error: &dyn std::error::Error,
@@ -418,7 +391,7 @@ fn named(ids: &[u32]) -> String {
     format!("{}{more}", list.join(", "))
 }
 
-fn refuse(
+pub(crate) fn refuse(
     reason: &'static str,
     field: impl Into<String>,
     problem: impl Display,

@@ -1,15 +1,21 @@
 //! One scene: points that move, a mesh that follows, one step at a time. Pure: no clock, no hidden
 //! randomness, no IO; threads only as the caller's rayon pool has them.
 
+mod blend;
 mod build;
 mod digest;
+mod explain;
 mod frame;
+mod rest;
 mod scene;
 mod world;
 
+pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Frame, Layout, PointState};
+pub use rest::{Bound, Rest};
 pub use scene::{
     Bone, CellShape, ExternalPoints, Filter, Kernel, Lattice, Mapping, MassSpring, MeshSource,
-    Motion, MotionSample, Recipe, Rule, Scene, SceneError, UpAxis, Weighting,
+    Motion, MotionSample, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Scene, SceneError,
+    UpAxis, Weighting,
 };
-pub use world::{StepError, World};
+pub use world::{RemapError, StepError, World};

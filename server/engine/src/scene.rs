@@ -1,7 +1,9 @@
 //! What a scene says, before anything is checked.
 
 use nalgebra::Vector3;
-pub use sinew_mapping::{Filter, Kernel, Recipe, Rule, Weighting};
+pub use sinew_mapping::{
+    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting,
+};
 use sinew_mesh::Grid;
 
 /// A scene as posted. [`crate::World::build`] checks all of it.

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use sinew_mapping::Binding;
 use sinew_particles::{Diverged, Network};
 
 use crate::{
+    blend::Blend,
     digest::Digest,
     frame::{Frame, Layout, PointState},
+    rest::{Bound, Rest},
     scene::MotionSample,
 };
 
@@ -33,6 +34,28 @@ pub enum StepError {
     Mapping(#[from] sinew_mapping::MappingError),
 }
 
+/// Why the mapping is not changed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum RemapError {
+    /// A time that no blend can take.
+    #[error("is {seconds}; give seconds from 0, which is at once, to {LONGEST_BLEND}")]
+    BlendSeconds {
+        /// The time given, s.
+        seconds: f64,
+    },
+    /// A blend is under way.
+    #[error(
+        "the mesh blends to its new mapping until {until} s of simulated time; wait for that, or change at once by 0 blend_seconds"
+    )]
+    Blending {
+        /// Simulated time of its end, s.
+        until: f64,
+    },
+}
+
+/// A day, s.
+const LONGEST_BLEND: f64 = 86_400.0;
+
 /// What moves the points.
 #[derive(Debug)]
 pub(crate) enum Source {
@@ -45,7 +68,14 @@ pub(crate) enum Source {
 #[derive(Debug)]
 pub struct World {
     pub(crate) source: Source,
-    pub(crate) binding: Binding,
+    pub(crate) rest: Arc<Rest>,
+    pub(crate) bound: Bound,
+    /// Where the mesh comes from, while it moves over to `bound`.
+    pub(crate) blend: Option<Blend>,
+    /// Steps taken when the mapping changed last.
+    pub(crate) changed_at_step: u64,
+    /// What the next frame belongs to.
+    pub(crate) layout: Arc<Layout>,
     pub(crate) time_step: f64,
     pub(crate) warnings: Vec<String>,
     /// The state after the last step.
@@ -80,7 +110,11 @@ impl World {
                 next.points.copy_from_slice(network.positions());
             }
         }
-        self.binding.pose(&next.points, &mut next.vertices)?;
+        self.bound.binding.pose(&next.points, &mut next.vertices)?;
+        self.blend = self.blend.take().filter(|blend| time < blend.end());
+        if let Some(blend) = &mut self.blend {
+            blend.mix(&next.points, time, &mut next.vertices)?;
+        }
         check_range("point", &next.points)?;
         check_range("vertex", &next.vertices)?;
         let done = std::mem::replace(&mut self.frame, Arc::new(next));
@@ -88,6 +122,61 @@ impl World {
             self.retired.push(done);
         }
         Ok(self.frame())
+    }
+
+    /// Changes the mapping from the next step on: at once, or over `blend_seconds` of simulated time, during which both
+    /// mappings are posed. `[M12]` Shape matching starts from no rotation, as in a new world.
+    ///
+    /// # Errors
+    /// As [`World::may_remap`]; nothing is changed then.
+    ///
+    /// # Panics
+    /// If `bound` is bound to another mesh than [`World::rest`].
+    pub fn remap(&mut self, bound: Bound, blend_seconds: f64) -> Result<(), RemapError> {
+        self.may_remap(blend_seconds)?;
+        let dominant = bound.binding.dominant().to_vec();
+        assert_eq!(dominant.len(), self.rest.vertices.len(), "another mesh");
+        let Layout {
+            epoch,
+            topology_version,
+            hash,
+            ref cells,
+            dominant: _,
+        } = *self.layout;
+        self.layout = Arc::new(Layout {
+            epoch,
+            topology_version,
+            hash,
+            cells: cells.clone(),
+            dominant,
+        });
+        let left = std::mem::replace(&mut self.bound, bound);
+        self.blend =
+            (blend_seconds > 0.0).then(|| Blend::new(left, self.frame.time_seconds, blend_seconds));
+        self.changed_at_step = self.frame.step;
+        Ok(())
+    }
+
+    /// Whether the mapping may be changed now: a change at once always may, and ends a blend under way.
+    ///
+    /// # Errors
+    /// [`RemapError`] where the time is negative, not finite or above a day, or where a blend is under way already.
+    pub fn may_remap(&self, blend_seconds: f64) -> Result<(), RemapError> {
+        if !(0.0..=LONGEST_BLEND).contains(&blend_seconds) {
+            return Err(RemapError::BlendSeconds {
+                seconds: blend_seconds,
+            });
+        }
+        let until = self.blend.as_ref().map_or(f64::NEG_INFINITY, Blend::end);
+        if blend_seconds > 0.0 && self.frame.time_seconds < until {
+            return Err(RemapError::Blending { until });
+        }
+        Ok(())
+    }
+
+    /// The pose that mappings are bound to.
+    pub fn rest(&self) -> Arc<Rest> {
+        Arc::clone(&self.rest)
     }
 
     /// A frame to be filled: a copy of the last one's small parts, with memory for the large ones.
@@ -100,11 +189,15 @@ impl World {
         let last = &self.frame;
         match reused {
             Some(mut frame) => {
+                frame.layout = Arc::clone(&self.layout);
                 frame.capture_time_seconds = last.capture_time_seconds;
                 frame.motion_sequence = last.motion_sequence;
                 frame
             }
-            None => Frame::clone(last),
+            None => Frame {
+                layout: Arc::clone(&self.layout),
+                ..Frame::clone(last)
+            },
         }
     }
 
@@ -162,15 +255,10 @@ impl World {
                 .collect::<Vec<_>>(),
         );
         digest.vectors(vertices);
-        digest.words(
-            &self
-                .binding
-                .rotations()
-                .iter()
-                .flat_map(|q| q.coords.iter())
-                .map(|x| x.to_bits())
-                .collect::<Vec<_>>(),
-        );
+        self.bound.digest(&mut digest);
+        if let Some(blend) = &self.blend {
+            blend.digest(&mut digest);
+        }
         if let Source::Network(network) = &self.source {
             digest.vectors(network.velocities());
         }

@@ -28,6 +28,7 @@ fn mapping(rule: Rule) -> Mapping {
     let weighting = Weighting::Distance {
         kernel: Kernel::Gaussian,
         scale: None,
+        coefficients: Vec::new(),
     };
     let recipe = Recipe {
         weighting,

@@ -1,12 +1,15 @@
-//! Pose and bind of 100,000 vertices by 40 points, 8 each, beside a triad (a = b + s c, as in STREAM) that moves as many
-//! bytes. All on one thread. The summary at the end takes triad and pose by turns and compares their medians.
+//! Pose and bind of 100,000 vertices by 40 points, 8 each (interpolations: all), beside a triad (a = b + s c, as in STREAM)
+//! that moves as many bytes. All on one thread. The summary at the end takes triad and pose by turns and compares their
+//! medians.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput};
 use nalgebra::{Rotation3, Vector3};
-use sinew_mapping::{Binding, Filter, Kernel, Recipe, Rule, Weighting, bind};
+use sinew_mapping::{
+    Binding, Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting, bind,
+};
 
 const VERTICES: usize = 100_000;
 const POINTS: usize = 40;
@@ -30,8 +33,18 @@ fn recipe(rule: Rule) -> Recipe {
         weighting: Weighting::Distance {
             kernel: Kernel::Gaussian,
             scale: None,
+            coefficients: Vec::new(),
         },
-        filter: Filter::KeepK(KEPT),
+        filter: match rule {
+            Rule::RadialBasis(_) => Filter::KeepK(POINTS),
+            Rule::Barycentric => Filter::KeepK(4 * KEPT),
+            Rule::Direct
+            | Rule::Mean
+            | Rule::WeightedMean
+            | Rule::ShapeMatching
+            | Rule::LinearShapeMatching { .. }
+            | Rule::QuadraticShapeMatching { .. } => Filter::KeepK(KEPT),
+        },
         rule,
     }
 }
@@ -95,10 +108,28 @@ impl Bench {
     }
 }
 
-const RULES: [(&str, Rule); 2] = [
+const RULES: [(&str, Rule); 9] = [
+    ("direct", Rule::Direct),
+    ("mean", Rule::Mean),
     ("weighted mean", Rule::WeightedMean),
-    ("shape matching", Rule::ShapeMatching),
+    ("barycentric", Rule::Barycentric),
+    ("shape, rigid", Rule::ShapeMatching),
+    ("shape, linear", Rule::LinearShapeMatching { beta: 1.0 }),
+    (
+        "shape, quadratic",
+        Rule::QuadraticShapeMatching { beta: 1.0 },
+    ),
+    ("rbf, cubic", interpolation(RadialFunction::Cubic)),
+    ("rbf, Gaussian", interpolation(RadialFunction::Gaussian)),
 ];
+
+const fn interpolation(function: RadialFunction) -> Rule {
+    Rule::RadialBasis(RadialBasis {
+        function,
+        scale: None,
+        polynomial: Polynomial::Linear,
+    })
+}
 
 fn measure(criterion: &mut Criterion) {
     let rest = scattered(POINTS, 0.5);
@@ -136,12 +167,12 @@ fn summarise() {
         let (pose, triad) = (median(poses), median(triads));
         let rate = |seconds: f64| bytes as f64 / seconds / 1e9;
         println!(
-            "{name:>16}: {:.2} MB, {} clusters; pose {:.3} ms = {:.1} GB/s, triad {:.3} ms = {:.1} GB/s: {:.0} %",
+            "{name:>16}: {:.2} MB, {} clusters; pose {:.2} ns a vertex = {:.1} GB/s, triad {:.2} ns = {:.1} GB/s: {:.0} %",
             bytes as f64 / 1e6,
             bench.binding.rotations().len(),
-            pose * 1e3,
+            pose * 1e9 / VERTICES as f64,
             rate(pose),
-            triad * 1e3,
+            triad * 1e9 / VERTICES as f64,
             rate(triad),
             100.0 * triad / pose,
         );

@@ -1,18 +1,21 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::clusters::cluster;
-use crate::distance::{nearest, spacing};
+use crate::distance::{nearest, scaled, spacing};
 use crate::filter::filter;
 use crate::linear::Linear;
-use crate::rigid::Rigid;
-use crate::weights::{Weights, normalise};
-use crate::{MappingError, Recipe, Rule, Weighting};
+use crate::shape::{Fit, Shape};
+use crate::weights::{Weights, alike, nearest_alone, normalise};
+use crate::{MappingError, RadialBasis, Recipe, Rule, Weighting, barycentric, rbf};
 
 /// The most pairs of vertex and point that a binding holds: 1.6 GB of them.
 pub const MAX_INFLUENCES: usize = 1 << 27;
 
 /// Coordinates and scales up to this have finite squares, and so have their quotients.
 const LARGEST: f64 = 1e100;
+
+/// Distances times coefficients up to this still have finite squares.
+const LARGEST_COEFFICIENT: f64 = 1e30;
 
 /// A [`Recipe`] applied to a rest pose, ready to pose the vertices step by step.
 #[derive(Clone, Debug)]
@@ -27,7 +30,7 @@ pub struct Binding {
 #[derive(Clone, Debug)]
 enum Operator {
     Linear(Linear),
-    Rigid(Rigid),
+    Shape(Shape),
 }
 
 /// Binds vertices to points at rest.
@@ -37,8 +40,10 @@ enum Operator {
 ///   drives nothing.
 ///
 /// # Errors
-/// No usable point; slices that do not match; a coordinate that is not finite or beyond 1e100 m; a scale or a filter
-/// that means nothing; more pairs than [`MAX_INFLUENCES`].
+/// No usable point; slices that do not match; a coordinate that is not finite or beyond 1e100 m; a scale, a
+/// coefficient, a filter or a rule that means nothing; more pairs than [`MAX_INFLUENCES`]; vertices whose points leave a
+/// rule without an answer: none, or in a plane for [`Rule::Barycentric`], too many or hardly apart for
+/// [`Rule::RadialBasis`].
 pub fn bind(
     vertices: &[Vector3<f64>],
     points: &[Vector3<f64>],
@@ -49,27 +54,55 @@ pub fn bind(
     for (index, vertex) in vertices.iter().enumerate() {
         check_coordinates("vertex", index, vertex)?;
     }
-    let demand = recipe.filter.demand();
-    if demand == 0 {
-        return Err(MappingError::KeepsNone);
-    }
+    let Weighting::Distance {
+        kernel,
+        scale,
+        ref coefficients,
+    } = recipe.weighting;
+    check_coefficients(coefficients, points.len())?;
+    check_rule(&recipe.rule)?;
+    let demand = match (recipe.filter.demand()?, &coefficients[..]) {
+        (demand, []) => demand,
+        _ => usize::MAX, // the nearest need not be the least
+    };
     let kept = demand.min(usable.len());
     if vertices.len() > MAX_INFLUENCES / kept {
         let vertices = vertices.len();
         return Err(MappingError::TooLarge { vertices, kept });
     }
 
-    let Weighting::Distance { kernel, scale } = recipe.weighting;
-    let scale = resolve_scale(scale, points, &usable)?;
+    let scale = resolve_scale(scale, 1.0, points, &usable)?;
     let distances = nearest(vertices, points, &usable, demand); // [W1]
-    let distances = filter(distances, recipe.filter); // [F1]
-    let operator = match recipe.rule {
-        Rule::WeightedMean => Operator::Linear(Linear::new(vertices, points)),
-        Rule::ShapeMatching => {
-            Operator::Rigid(Rigid::new(vertices, points, cluster(&distances))) // [C1]
-        }
+    let distances = match &coefficients[..] {
+        [] => distances,
+        coefficients => scaled(distances, coefficients), // [W6]
     };
-    let weights = normalise(distances, kernel, scale); // [W4]
+    let distances = filter(distances, recipe.filter)?; // [F1] to [F3]
+    let linear = || Operator::Linear(Linear::new(vertices, points));
+    let shape = |fit| Operator::Shape(Shape::new(vertices, points, cluster(&distances), fit)); // [C1]
+    let (operator, weights) = match recipe.rule {
+        Rule::Direct => (linear(), nearest_alone(&distances)), // [M5]
+        Rule::Mean => (linear(), alike(distances)),            // [M6]
+        Rule::WeightedMean => (linear(), normalise(distances, kernel, scale)), // [W4]
+        Rule::Barycentric => (
+            linear(),
+            barycentric::weights(vertices, points, &distances)?, // [M7]
+        ),
+        Rule::RadialBasis(basis) => {
+            let scale = resolve_scale(basis.scale, basis.function.reach(), points, &usable)?;
+            let weights = rbf::weights(vertices, points, &distances, &basis, scale)?; // [M10]
+            (linear(), weights)
+        }
+        Rule::ShapeMatching => (shape(Fit::Rigid), normalise(distances, kernel, scale)),
+        Rule::LinearShapeMatching { beta } => (
+            shape(Fit::Linear { beta }),
+            normalise(distances, kernel, scale),
+        ),
+        Rule::QuadraticShapeMatching { beta } => (
+            shape(Fit::Quadratic { beta }),
+            normalise(distances, kernel, scale),
+        ),
+    };
     Ok(Binding {
         points: points.len(),
         dominant: weights.dominant(),
@@ -95,7 +128,7 @@ impl Binding {
         check_length("vertices", out.len(), self.dominant.len())?;
         match &mut self.operator {
             Operator::Linear(linear) => linear.pose(&self.weights, points, out),
-            Operator::Rigid(rigid) => rigid.pose(points, out),
+            Operator::Shape(shape) => shape.pose(points, out),
         }
         Ok(())
     }
@@ -106,7 +139,9 @@ impl Binding {
         &self.dominant
     }
 
-    /// The points that a vertex keeps with their weights, which sum to 1; nearest point first.
+    /// The points that act on a vertex with their weights, nearest point first; by index in an interpolation.
+    ///
+    /// The weights sum to 1, but for an interpolation without a polynomial.
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -119,7 +154,7 @@ impl Binding {
     pub fn rotations(&self) -> &[UnitQuaternion<f64>] {
         match &self.operator {
             Operator::Linear(_) => &[],
-            Operator::Rigid(rigid) => rigid.rotations(),
+            Operator::Shape(shape) => shape.rotations(),
         }
     }
 
@@ -128,7 +163,7 @@ impl Binding {
     pub fn bytes(&self) -> usize {
         match &self.operator {
             Operator::Linear(linear) => linear.bytes(&self.weights),
-            Operator::Rigid(rigid) => rigid.bytes(),
+            Operator::Shape(shape) => shape.bytes(),
         }
     }
 }
@@ -151,15 +186,61 @@ fn usable_points(points: &[Vector3<f64>], usable: &[bool]) -> Result<Vec<u32>, M
     Ok(indices)
 }
 
+fn check_coefficients(coefficients: &[f64], points: usize) -> Result<(), MappingError> {
+    if coefficients.is_empty() {
+        return Ok(());
+    }
+    check_length("coefficients", coefficients.len(), points)?;
+    let bad = |value: &f64| !(0.0..=LARGEST_COEFFICIENT).contains(value);
+    match coefficients.iter().position(bad) {
+        None => Ok(()),
+        Some(point) => Err(MappingError::Coefficient {
+            point,
+            value: coefficients[point],
+        }),
+    }
+}
+
+/// What can be wrong with a rule whatever the points.
+fn check_rule(rule: &Rule) -> Result<(), MappingError> {
+    match *rule {
+        Rule::LinearShapeMatching { beta } | Rule::QuadraticShapeMatching { beta }
+            if !(0.0..=1.0).contains(&beta) =>
+        {
+            Err(MappingError::Beta { beta })
+        }
+        Rule::RadialBasis(RadialBasis {
+            function,
+            polynomial: found,
+            ..
+        }) if found < function.needs() => Err(MappingError::Polynomial {
+            function,
+            found,
+            needed: function.needs(),
+        }),
+        Rule::Direct
+        | Rule::Mean
+        | Rule::WeightedMean
+        | Rule::Barycentric
+        | Rule::ShapeMatching
+        | Rule::LinearShapeMatching { .. }
+        | Rule::QuadraticShapeMatching { .. }
+        | Rule::RadialBasis(_) => Ok(()),
+    }
+}
+
+/// The scale asked for, or this many distances between points.
 fn resolve_scale(
     scale: Option<f64>,
+    spacings: f64,
     points: &[Vector3<f64>],
     usable: &[u32],
 ) -> Result<f64, MappingError> {
     match scale {
         Some(scale) if (LARGEST.recip()..=LARGEST).contains(&scale) => Ok(scale),
         Some(scale) => Err(MappingError::Scale { scale }),
-        None => Ok(spacing(points, usable).map_or(1.0, |spacing| spacing.max(LARGEST.recip()))),
+        None => Ok(spacing(points, usable)
+            .map_or(1.0, |spacing| (spacings * spacing).max(LARGEST.recip()))),
     }
 }
 

@@ -17,11 +17,8 @@ pub(crate) fn cluster(distances: &Distances) -> Clusters {
     let stride = distances.stride;
     let mut sets = distances.points.clone();
     let mut sizes = Vec::with_capacity(sets.len() / stride);
-    for (set, squared) in sets
-        .chunks_exact_mut(stride)
-        .zip(distances.squared.chunks_exact(stride))
-    {
-        let size = squared.partition_point(|&squared| squared < f64::INFINITY);
+    for (vertex, set) in sets.chunks_exact_mut(stride).enumerate() {
+        let size = distances.in_reach(vertex);
         set[..size].sort_unstable();
         sizes.push(size);
     }

@@ -10,12 +10,20 @@ use crate::blocks::{BLOCK, worth_sharing};
 /// Points within reach of each vertex, and how far they are: the first stage. `[W1]`
 ///
 /// Rows of `stride` entries, one row per vertex, nearest first, equal distances by index. Rows with fewer points end in
-/// entries at infinite distance.
+/// repetitions of their first, at infinite distance.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Distances {
     pub(crate) stride: usize,
     pub(crate) points: Vec<u32>,
     pub(crate) squared: Vec<f64>, // m²
+}
+
+impl Distances {
+    /// How many points a vertex has in reach.
+    pub(crate) fn in_reach(&self, vertex: usize) -> usize {
+        let row = &self.squared[vertex * self.stride..(vertex + 1) * self.stride];
+        row.partition_point(|&squared| squared < f64::INFINITY)
+    }
 }
 
 type Tree = ImmutableKdTree<f64, u32, 3, 32>;
@@ -55,6 +63,33 @@ pub(crate) fn nearest(
     } else {
         fill(vertices, &mut distances.points, &mut distances.squared);
     }
+    distances
+}
+
+/// Multiplies the distances of each point by its coefficient, and orders the rows anew. What is out of reach stays so,
+/// whatever its coefficient. `[W6]`
+pub(crate) fn scaled(mut distances: Distances, coefficients: &[f64]) -> Distances {
+    let stride = distances.stride;
+    let rows = (distances.points.par_chunks_exact_mut(stride))
+        .zip(distances.squared.par_chunks_exact_mut(stride));
+    rows.with_min_len(BLOCK).for_each(|(points, squared)| {
+        let entries = points.iter().zip(squared.iter());
+        let mut row: Vec<(f64, u32)> = entries
+            .map(|(&point, &squared)| {
+                let in_reach = squared < f64::INFINITY;
+                let factor = if in_reach {
+                    coefficients[point as usize]
+                } else {
+                    1.0
+                };
+                (factor * factor * squared, point)
+            })
+            .collect();
+        row.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for ((point, squared), entry) in points.iter_mut().zip(squared).zip(row) {
+            (*squared, *point) = entry;
+        }
+    });
     distances
 }
 

@@ -1,4 +1,7 @@
-use crate::MAX_INFLUENCES;
+use crate::{MAX_BASIS, MAX_INFLUENCES, Polynomial, RadialFunction};
+
+/// Vertices named in one refusal; more are counted.
+const NAMED: usize = 8;
 
 /// Why a mapping was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -39,9 +42,42 @@ pub enum MappingError {
         /// The scale, m.
         scale: f64,
     },
+    /// A coefficient that is none.
+    #[error("the coefficient of point {point} is {value}: give one from 0 to 1e30")]
+    Coefficient {
+        /// Which point.
+        point: usize,
+        /// Its coefficient.
+        value: f64,
+    },
     /// A filter that would keep no point.
     #[error("keeping 0 points per vertex moves nothing: keep at least 1")]
     KeepsNone,
+    /// Distances between which there is nothing.
+    #[error(
+        "the interval goes from {nearest} m to {farthest} m: give 0 or more, then no less than that"
+    )]
+    Interval {
+        /// Where it starts, m.
+        nearest: f64,
+        /// Where it ends, m.
+        farthest: f64,
+    },
+    /// A distance that is none.
+    #[error("the bound is {within} m: give a finite one, 0 or more")]
+    Bound {
+        /// The bound, m.
+        within: f64,
+    },
+    /// Vertices for which the filter leaves no point.
+    #[error(
+        "no point is left for {}: widen the filter, or keep at least one point whatever its distance",
+        named(vertices)
+    )]
+    KeepsNoneAt {
+        /// The vertices, rising.
+        vertices: Vec<usize>,
+    },
     /// More pairs of vertex and point than a binding may hold.
     #[error(
         "{vertices} vertices with {kept} points each are more than {MAX_INFLUENCES} pairs: keep fewer points per vertex"
@@ -52,4 +88,65 @@ pub enum MappingError {
         /// Points kept per vertex.
         kept: usize,
     },
+    /// A share of the affine or quadratic map that is none.
+    #[error("beta is {beta}: give one from 0 (rigid) to 1")]
+    Beta {
+        /// The share.
+        beta: f64,
+    },
+    /// Vertices whose points lie in a plane, where a volume is needed.
+    #[error(
+        "no four of the points kept span a volume at {}: keep more points, or use shape matching, which needs no volume",
+        named(vertices)
+    )]
+    Flat {
+        /// The vertices, rising.
+        vertices: Vec<usize>,
+    },
+    /// A radial function with too low a polynomial to have a unique interpolation.
+    #[error(
+        "the radial function {function:?} with the polynomial {found:?} need not have a solution: use at least {needed:?}"
+    )]
+    Polynomial {
+        /// The function.
+        function: RadialFunction,
+        /// The polynomial asked for.
+        found: Polynomial,
+        /// The lowest one with which every set of points has a solution.
+        needed: Polynomial,
+    },
+    /// More points in one interpolation than may be.
+    #[error(
+        "an interpolation of {points} points is more than {MAX_BASIS}: use fewer points, or keep fewer per vertex"
+    )]
+    ManyPoints {
+        /// Points of the interpolation.
+        points: usize,
+    },
+    /// An interpolation whose solution would be noise.
+    #[error(
+        "the interpolation at vertex {vertex} has the condition number {condition:.1e}, beyond 1e12: use a smaller scale or fewer points"
+    )]
+    Condition {
+        /// A vertex that the interpolation moves.
+        vertex: usize,
+        /// Greatest over least absolute eigenvalue.
+        condition: f64,
+    },
+    /// Weights beyond the numbers there are.
+    #[error("the weights of vertex {vertex} overflow: use a greater scale, or bring it nearer")]
+    Overflow {
+        /// The vertex.
+        vertex: usize,
+    },
+}
+
+fn named(vertices: &[usize]) -> String {
+    let list: Vec<String> = vertices.iter().take(NAMED).map(usize::to_string).collect();
+    let list = list.join(", ");
+    match vertices.len() {
+        1 => format!("vertex {list}"),
+        n if n <= NAMED => format!("vertices {list}"),
+        n => format!("{n} vertices, {list}, …"),
+    }
 }

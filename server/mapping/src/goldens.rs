@@ -6,9 +6,8 @@ use nalgebra::Vector3;
 use serde_json::Value;
 
 use crate::clusters::cluster;
-use crate::distance::{Distances, nearest};
-use crate::filter::filter;
-use crate::{Filter, Kernel, weights};
+use crate::distance::{Distances, nearest, scaled};
+use crate::{Filter, Kernel, MappingError, barycentric, filter, weights};
 
 fn cases(text: &str) -> Vec<Value> {
     let golden: Value = serde_json::from_str(text).unwrap();
@@ -26,7 +25,7 @@ fn distances(matrix: &Value) -> Distances {
     for row in rows {
         let row = row.as_array().unwrap().iter();
         let mut row: Vec<(f64, u32)> = row
-            .map(|weight| weight.as_f64().unwrap_or(f64::INFINITY))
+            .map(|distance| distance.as_f64().unwrap_or(f64::INFINITY).powi(2))
             .zip(0..)
             .collect();
         row.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -67,15 +66,52 @@ fn distances_agree_with_the_golden() {
     }
 }
 
+/// The fifth vertex of the golden has no point in reach, and is named.
+fn agrees(case: &Value, choice: Filter) -> Distances {
+    let given = distances(&case["in"]["W"]);
+    let kept = filter::select(given.clone(), choice);
+    assert_eq!(serde_json::json!(sets(&kept)), case["out"]["sets"]);
+    let refusal = filter::filter(given, choice).unwrap_err();
+    let sets = case["out"]["sets"].as_array().unwrap();
+    let empty = |&vertex: &usize| sets[vertex].as_array().unwrap().is_empty();
+    let vertices = (0..sets.len()).filter(empty).collect();
+    assert_eq!(refusal, MappingError::KeepsNoneAt { vertices });
+    kept
+}
+
 #[test]
-fn keep_k_and_clusters_agree_with_the_golden() {
+fn filters_and_clusters_agree_with_the_golden() {
     let cases = cases(include_str!("../tests/data/C03_filters.json"));
-    let [keep, clusters] = &cases[..] else {
-        panic!("two cases expected");
+    let [
+        coefficients,
+        minimum,
+        keep,
+        interval,
+        at_least,
+        four,
+        clusters,
+    ] = &cases[..]
+    else {
+        panic!("seven cases expected");
     };
-    let kept = filter(distances(&keep["in"]["W"]), Filter::KeepK(2));
-    let expected: Vec<Vec<u32>> = serde_json::from_value(keep["out"]["sets"].clone()).unwrap();
-    assert_eq!(sets(&kept), expected);
+    agrees(minimum, Filter::KeepK(1));
+    let [nearest, farthest] = ["a", "b"].map(|bound| interval["in"][bound].as_f64().unwrap());
+    agrees(interval, Filter::Interval { nearest, farthest });
+    let within = at_least["in"]["b"].as_f64().unwrap();
+    agrees(at_least, Filter::KeepAtLeast { k: 2, within });
+    let points: Vec<[f64; 3]> = serde_json::from_value(four["in"]["particles"].clone()).unwrap();
+    let points: Vec<Vector3<f64>> = points.into_iter().map(Vector3::from).collect();
+    let expected: Vec<Vec<u32>> = serde_json::from_value(four["out"]["sets"].clone()).unwrap();
+    for (set, expected) in sets(&distances(&four["in"]["W"])).iter().zip(expected) {
+        let found = barycentric::four(set, &points);
+        let expected: Option<[u32; 4]> = expected.try_into().ok(); // fewer than 4 span no volume
+        assert_eq!(found, expected);
+    }
+
+    let factors: Vec<f64> = serde_json::from_value(coefficients["in"]["coef"].clone()).unwrap();
+    let scaled = scaled(distances(&coefficients["in"]["W"]), &factors);
+    assert_eq!(scaled, distances(&coefficients["out"]["scaled"]));
+    let kept = agrees(keep, Filter::KeepK(2));
     assert_eq!(clusters["in"]["sets"], keep["out"]["sets"]);
 
     let found = cluster(&kept);

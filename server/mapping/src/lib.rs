@@ -4,11 +4,11 @@
 //! Each stage is a function from the value before it to a new value, in a file of its own:
 //!
 //! ```text
-//! distance   how far each vertex is from its points            [W1]
-//! filter     which of them it keeps                            [F1]
+//! distance   how far each vertex is from its points            [W1], [W6]
+//! filter     which of them it keeps                            [F1] to [F3]
 //! clusters   which vertices keep the same points               [C1]
 //! weights    how strongly each kept point acts                 [W2] to [W5]
-//! operator   all of it compiled: a linear map [M1], or one rigid motion per cluster [M2] to [M4]
+//! operator   all of it compiled: a linear map [M1], [M5] to [M7], [M10], or one motion per cluster [M2] to [M4], [M8], [M9]
 //! ```
 //!
 //! Displacements are from the initial frame. SI units, world frame, double precision. Results have the same bits for
@@ -21,7 +21,7 @@
 //! let points = [Vector3::zeros(), Vector3::new(2.0, 0.0, 0.0)];
 //! let vertices = [Vector3::new(1.0, 0.0, 0.0)];
 //! let recipe = Recipe {
-//!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None },
+//!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None, coefficients: Vec::new() },
 //!     filter: Filter::KeepK(8),
 //!     rule: Rule::WeightedMean,
 //! };
@@ -36,6 +36,7 @@
 //!
 //! The tags in the documentation, such as `[W1]`, are the lines of `EQUATIONS.md`.
 
+mod barycentric;
 mod binding;
 mod blocks;
 mod clusters;
@@ -45,11 +46,16 @@ mod filter;
 #[cfg(test)]
 mod goldens;
 mod linear;
+mod quadratic;
+mod rbf;
 mod recipe;
-mod rigid;
 mod rotation;
+mod shape;
 mod weights;
 
 pub use binding::{Binding, MAX_INFLUENCES, bind};
 pub use error::MappingError;
-pub use recipe::{Filter, Kernel, Recipe, Rule, Weighting};
+pub use rbf::MAX_BASIS;
+pub use recipe::{
+    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting,
+};

@@ -1,5 +1,5 @@
 /// How points drive vertices: weights, then a filter, then a rule.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// How strongly each point acts on each vertex.
     pub weighting: Weighting,
@@ -10,7 +10,7 @@ pub struct Recipe {
 }
 
 /// How strongly a point acts on a vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Weighting {
     /// By distance at rest. `[W1]`
     Distance {
@@ -19,6 +19,9 @@ pub enum Weighting {
         /// Length scale, m, > 0; `None` for the mean distance of a usable point to its nearest neighbour elsewhere, or
         /// 1 m where all points share one place (no scale makes a difference then). `[W5]`
         scale: Option<f64>,
+        /// By what each point's distances are multiplied, before filters see them: a point with a great one acts less.
+        /// One per point, 0 to 1e30; empty for 1 each. `[W6]`
+        coefficients: Vec<f64>,
     },
 }
 
@@ -33,17 +36,99 @@ pub enum Kernel {
 }
 
 /// Which points each vertex keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// Every vertex has to keep one at least.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// The k with the greatest weights, k ≥ 1; ties go to the lower index; all, if there are fewer than k. `[F1]`
     KeepK(usize),
+    /// Those at a distance, times their coefficient, from `nearest` to `farthest`, m, both included. `[F2]`
+    Interval {
+        /// m, ≥ 0
+        nearest: f64,
+        /// m, no less than `nearest`.
+        farthest: f64,
+    },
+    /// Those at a distance, times their coefficient, of at most `within`, and as many more as make k, the nearest first. `[F3]`
+    KeepAtLeast {
+        /// ≥ 1
+        k: usize,
+        /// m, ≥ 0, included.
+        within: f64,
+    },
 }
 
-/// How the kept points move a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How the kept points move the vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rule {
+    /// The displacement of the nearest. `[M5]`
+    Direct,
+    /// The mean of their displacements, all alike. `[M6]`
+    Mean,
     /// The weighted mean of their displacements. `[M1]`
     WeightedMean,
+    /// The affine map of the nearest four that span a volume, inside their tetrahedron and out of it. `[M7]`
+    Barycentric,
     /// The rigid motion that fits them best, all alike: their weights select but do not count. `[M2]` to `[M4]`
     ShapeMatching,
+    /// The affine map that fits them best, all alike; where they leave a direction open, it turns rigidly. `[M8]`
+    LinearShapeMatching {
+        /// How much of the affine map counts beside the rigid motion: 0 (rigid) to 1.
+        beta: f64,
+    },
+    /// The quadratic map that fits them best, all alike, of least change from the affine one. `[M9]`
+    QuadraticShapeMatching {
+        /// How much of the quadratic map counts beside the rigid motion: 0 (rigid) to 1.
+        beta: f64,
+    },
+    /// The interpolation of their displacements by radial basis functions. `[M10]`
+    RadialBasis(RadialBasis),
+}
+
+/// An interpolation by one radial function at each point and a polynomial. `[M10]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadialBasis {
+    /// The function.
+    pub function: RadialFunction,
+    /// Length scale s, m, > 0; `None` for a multiple of the distance between points, see [`RadialFunction`].
+    pub scale: Option<f64>,
+    /// What is reproduced exactly, whatever the function.
+    pub polynomial: Polynomial,
+}
+
+/// A function of distance r with length scale s. `[M11]`
+///
+/// Without a scale, s is twice that of `[W5]`, and for [`RadialFunction::Wendland`] five times. The scale of the last
+/// three makes no difference to the interpolation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RadialFunction {
+    /// exp(−(r/s)²)
+    Gaussian,
+    /// √ln((r/s)² + e); needs a constant.
+    ShiftedLog,
+    /// √((r/s)² + 1); needs a constant.
+    Multiquadric,
+    /// 1/√((r/s)² + 1)
+    InverseMultiquadric,
+    /// 1/((r/s)² + 1)
+    InverseQuadratic,
+    /// (1 − r/s)⁴ (4 r/s + 1) for r < s, else 0: of class C² and of compact support.
+    Wendland,
+    /// (r/s)² ln(r/s); needs a linear polynomial.
+    ThinPlate,
+    /// (r/s)³; needs a linear polynomial.
+    Cubic,
+    /// r/s; needs a constant.
+    Linear,
+}
+
+/// The polynomial of an interpolation, with its side conditions; a lower one comes before a higher one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Polynomial {
+    /// None: not even a translation is exact.
+    None,
+    /// A constant: translations are exact.
+    Constant,
+    /// A linear one: affine maps are exact.
+    Linear,
 }

@@ -6,7 +6,9 @@ use crate::distance::Distances;
 
 /// How strongly the kept points act on each vertex.
 ///
-/// Rows of `stride` entries, one row per vertex; each row sums to 1 `[W4]`, or is all zero where no point is in reach.
+/// Rows of `stride` entries, one row per vertex; a row sums to 1, or is all zero where no point is in reach. Only those of
+/// an interpolation without a polynomial `[M10]` sum to something else. A row of fewer points ends in repetitions of its
+/// first, with weight 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Weights {
     pub(crate) stride: usize,
@@ -30,6 +32,39 @@ pub(crate) fn normalise(distances: Distances, kernel: Kernel, scale: f64) -> Wei
         (values.par_chunks_mut(BLOCK * stride)).for_each(rows);
     } else {
         rows(&mut values);
+    }
+    Weights {
+        stride,
+        points,
+        values,
+    }
+}
+
+/// All of the weight on the nearest point. `[M5]`
+pub(crate) fn nearest_alone(distances: &Distances) -> Weights {
+    let first = |row: &[f64]| f64::from(u8::from(row[0] < f64::INFINITY));
+    Weights {
+        stride: 1,
+        points: (distances.points.iter().step_by(distances.stride).copied()).collect(),
+        values: distances
+            .squared
+            .chunks_exact(distances.stride)
+            .map(first)
+            .collect(),
+    }
+}
+
+/// The same weight for each point in reach. `[M6]`
+pub(crate) fn alike(distances: Distances) -> Weights {
+    let Distances {
+        stride,
+        points,
+        squared: mut values,
+    } = distances;
+    for row in values.chunks_exact_mut(stride) {
+        let count = row.partition_point(|&squared| squared < f64::INFINITY);
+        row[..count].fill((count as f64).recip());
+        row[count..].fill(0.0);
     }
     Weights {
         stride,
@@ -65,8 +100,11 @@ impl Weights {
     /// The points with their weights of one vertex.
     pub(crate) fn row(&self, vertex: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let row = vertex * self.stride..(vertex + 1) * self.stride;
-        let points = self.points[row.clone()].iter().copied();
-        points.zip(self.values[row].iter().copied())
+        let (points, values) = (&self.points[row.clone()], &self.values[row]);
+        let repeats = |&(place, point): &(usize, u32)| place > 0 && point == points[0];
+        (points.iter().copied().enumerate())
+            .take_while(move |entry| !repeats(entry))
+            .map(|(place, point)| (point, values[place]))
     }
 
     /// The point of greatest weight of each vertex, ties to the lower index.

@@ -8,7 +8,11 @@ use sinew_mapping::{Binding, Filter, Kernel, Recipe, Rule, Weighting, bind};
 
 fn recipe(kernel: Kernel, scale: Option<f64>, k: usize, rule: Rule) -> Recipe {
     Recipe {
-        weighting: Weighting::Distance { kernel, scale },
+        weighting: Weighting::Distance {
+            kernel,
+            scale,
+            coefficients: Vec::new(),
+        },
         filter: Filter::KeepK(k),
         rule,
     }
@@ -327,4 +331,27 @@ fn a_set_that_passes_through_a_line_keeps_its_last_twist() {
     let before = binding.rotations()[0];
     posed(&mut binding, &[Vector3::repeat(0.7); 4]);
     assert_eq!(binding.rotations()[0], before);
+}
+
+#[test]
+fn a_coefficient_multiplies_the_distances_that_filter_and_kernel_see() {
+    let points = [Vector3::zeros(), 3.0 * Vector3::x(), 4.0 * Vector3::y()];
+    let bound = |coefficients: [f64; 3], k| {
+        let weighting = Weighting::Distance {
+            kernel: Kernel::InverseSquare,
+            scale: None,
+            coefficients: coefficients.to_vec(),
+        };
+        let recipe = Recipe {
+            weighting,
+            ..recipe(Kernel::Gaussian, None, k, Rule::WeightedMean)
+        };
+        let binding = bind(&[Vector3::x()], &points, &[true; 3], &recipe).unwrap();
+        binding.weights(0).collect::<Vec<_>>()
+    };
+    // At distances 1, 2 and √17; as inverse squares 1, 1/4 and 1/17.
+    assert_eq!(bound([1.0; 3], 2), [(0, 0.8), (1, 0.2)]);
+    assert_eq!(bound([2.0, 1.0, 1.0], 2), [(0, 0.5), (1, 0.5)]);
+    assert_eq!(bound([8.0, 1.0, 1.0], 1), [(1, 1.0)]);
+    assert_eq!(bound([1.0, 1.0, 0.0], 3)[0], (2, 1.0));
 }

@@ -8,6 +8,7 @@ fn recipe(scale: Option<f64>, k: usize) -> Recipe {
         weighting: Weighting::Distance {
             kernel: Kernel::Gaussian,
             scale,
+            coefficients: Vec::new(),
         },
         filter: Filter::KeepK(k),
         rule: Rule::WeightedMean,
@@ -47,6 +48,64 @@ fn a_scale_that_is_none_and_a_filter_that_keeps_none_are_refused() {
     }
     let error = bind(&x, &x, &[true], &recipe(None, 0)).unwrap_err();
     assert_eq!(error, MappingError::KeepsNone);
+}
+
+#[test]
+fn distances_that_are_none_are_refused_and_vertices_left_without_a_point_named() {
+    let (x, e) = (Vector3::zeros(), Vector3::x());
+    let error = |filter| {
+        let recipe = Recipe {
+            filter,
+            ..recipe(None, 1)
+        };
+        bind(&[x, e, 5.0 * e], &[x, e], &[true; 2], &recipe).unwrap_err()
+    };
+    for (nearest, farthest) in [(-1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN)] {
+        let error = error(Filter::Interval { nearest, farthest });
+        assert!(matches!(error, MappingError::Interval { .. }), "{error}");
+    }
+    for within in [-1.0, f64::NAN, f64::INFINITY] {
+        let error = error(Filter::KeepAtLeast { k: 1, within });
+        assert!(matches!(error, MappingError::Bound { .. }), "{error}");
+    }
+    let none = Filter::KeepAtLeast { k: 0, within: 9.0 };
+    assert_eq!(error(none), MappingError::KeepsNone);
+    let (nearest, farthest) = (0.0, 1.0);
+    let error = error(Filter::Interval { nearest, farthest });
+    assert_eq!(error, MappingError::KeepsNoneAt { vertices: vec![2] });
+    assert!(
+        error
+            .to_string()
+            .starts_with("no point is left for vertex 2:")
+    );
+}
+
+#[test]
+fn coefficients_that_are_none_or_too_few_are_refused() {
+    let x = [Vector3::zeros(), Vector3::x()];
+    let error = |coefficients: &[f64]| {
+        let weighting = Weighting::Distance {
+            kernel: Kernel::Gaussian,
+            scale: None,
+            coefficients: coefficients.to_vec(),
+        };
+        let recipe = Recipe {
+            weighting,
+            ..recipe(None, 1)
+        };
+        bind(&x, &x, &[true; 2], &recipe).unwrap_err()
+    };
+    for value in [-1.0, f64::NAN, f64::INFINITY, 1e31] {
+        let error = error(&[1.0, value]);
+        assert!(
+            matches!(error, MappingError::Coefficient { point: 1, .. }),
+            "{error}"
+        );
+    }
+    assert_eq!(
+        error(&[1.0]).to_string(),
+        "there are 1 coefficients where 2 are expected"
+    );
 }
 
 #[test]

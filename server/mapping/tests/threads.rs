@@ -1,7 +1,9 @@
 //! The same bits for any number of threads.
 
 use nalgebra::{Rotation3, Vector3};
-use sinew_mapping::{Filter, Kernel, Recipe, Rule, Weighting, bind};
+use sinew_mapping::{
+    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting, bind,
+};
 
 fn scattered(n: usize) -> Vec<Vector3<f64>> {
     let step = Vector3::new(0.819_172_513, 0.671_043_606, 0.549_700_477);
@@ -11,13 +13,30 @@ fn scattered(n: usize) -> Vec<Vector3<f64>> {
 #[test]
 fn bound_and_posed_bits_do_not_depend_on_the_number_of_threads() {
     let (vertices, points) = (scattered(40_000), scattered(60));
-    for rule in [Rule::WeightedMean, Rule::ShapeMatching] {
+    let basis = |function| {
+        Rule::RadialBasis(RadialBasis {
+            function,
+            scale: None,
+            polynomial: Polynomial::Linear,
+        })
+    };
+    for rule in [
+        Rule::Direct,
+        Rule::Mean,
+        Rule::WeightedMean,
+        Rule::Barycentric,
+        Rule::ShapeMatching,
+        Rule::LinearShapeMatching { beta: 0.9 },
+        Rule::QuadraticShapeMatching { beta: 0.9 },
+        basis(RadialFunction::Cubic),
+    ] {
         let recipe = Recipe {
             weighting: Weighting::Distance {
                 kernel: Kernel::Gaussian,
                 scale: None,
+                coefficients: Vec::new(),
             },
-            filter: Filter::KeepK(5),
+            filter: Filter::KeepK(12),
             rule,
         };
         let run = |threads: usize| {

@@ -7,13 +7,13 @@ use std::{
 
 use base64::{Engine as _, prelude::BASE64_URL_SAFE_NO_PAD};
 use prost::Message as _;
-use sinew_engine::World;
+use sinew_engine::{UpAxis, World};
 use sinew_proto::v1::{self, session_service_server::SessionService};
 use sinew_viewer::SessionInfo;
 use tonic::{Request, Response, Status};
 use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
 
-use super::Shared;
+use super::{Shared, mapping};
 use crate::{
     convert,
     error::{ServiceError, invalid},
@@ -102,6 +102,27 @@ impl SessionService for Shared {
             digest: digest(report.digest),
         }))
     }
+
+    async fn update_mapping(
+        &self,
+        request: Request<v1::UpdateMappingRequest>,
+    ) -> Result<Response<v1::Session>, Status> {
+        Ok(Response::new(self.remap(request.into_inner()).await?))
+    }
+
+    async fn explain(
+        &self,
+        request: Request<v1::ExplainRequest>,
+    ) -> Result<Response<v1::Explanation>, Status> {
+        let v1::ExplainRequest { name, vertex } = request.into_inner();
+        let entry = self.registry.get(&name)?;
+        let explanation = entry.handle.explain(vertex).await?;
+        Ok(Response::new(mapping::explanation(
+            vertex,
+            explanation,
+            &entry.labels,
+        )))
+    }
 }
 
 impl Shared {
@@ -125,25 +146,33 @@ impl Shared {
         }
         let name = session_name(&session_id, hash)?;
         if validate_only {
-            let (world, _, _) = self.build(scene).await?;
-            return Ok(validated(name, &world));
+            let built = self.build(scene).await?;
+            return Ok(validated(name, built));
         }
         let reservation = match self.registry.reserve(&name, Origin { request_id, hash })? {
             Reserved::Known(entry) => return describe(&entry, Wish::Describe).await,
             Reserved::New(reservation) => reservation,
         };
-        let (world, drive, shown) = self.build(scene).await?;
+        let Built {
+            world,
+            mapping,
+            drive,
+            title,
+            labels,
+            up,
+        } = self.build(scene).await?;
         let warnings = world.warnings().to_vec();
         let time_step = world.time_step();
         let publisher = self.viewer.open(&SessionInfo {
             id: name.trim_start_matches("sessions/").to_owned(),
-            title: shown.title.clone(),
-            labels: shown.labels.clone(),
-            up: shown.up,
+            title: title.clone(),
+            labels: labels.clone(),
+            up,
         });
         let publisher = publisher.map_err(|error| ServiceError::Internal(error.to_string()))?;
         let handle = Handle::spawn(
             world,
+            mapping,
             drive,
             self.kernels.clone(),
             publisher,
@@ -152,9 +181,9 @@ impl Shared {
         );
         let entry = reservation.fill(Entry {
             name,
-            title: shown.title,
+            title,
             create_time: SystemTime::now(),
-            labels: shown.labels,
+            labels,
             time_step,
             external: drive == Drive::External,
             warnings,
@@ -167,21 +196,21 @@ impl Shared {
     }
 
     /// Builds a scene's world on a kernel thread.
-    async fn build(
-        &self,
-        scene: Option<v1::Scene>,
-    ) -> Result<(World, Drive, ShownAs), ServiceError> {
+    async fn build(&self, scene: Option<v1::Scene>) -> Result<Built, ServiceError> {
         let scene =
             scene.ok_or_else(|| invalid("FIELD_MISSING", "scene", "is missing", "post a scene"))?;
         let assets = Arc::clone(&self.assets);
         let built = self.kernels.run(move || {
+            let mapping = scene.mapping.clone().unwrap_or_default();
             let (scene, drive) = convert::scene(scene, &assets)?;
-            let shown = ShownAs {
+            Ok(Built {
+                mapping,
+                drive,
                 title: scene.title.clone(),
                 labels: scene.motion.labels(),
                 up: scene.up,
-            };
-            Ok((World::build(scene)?, drive, shown))
+                world: World::build(scene)?,
+            })
         });
         built.await.map_err(ServiceError::Internal)?
     }
@@ -217,7 +246,10 @@ impl Shared {
         for entry in &entries {
             // A session deleted since is no longer on the page.
             if let Ok(session) = describe(entry, Wish::Describe).await {
-                sessions.push(session);
+                sessions.push(v1::Session {
+                    mapping: None,
+                    ..session
+                });
             }
         }
         let next_page_token = entries
@@ -232,11 +264,14 @@ impl Shared {
     }
 }
 
-/// How a session is shown to people.
-pub(super) struct ShownAs {
-    pub(super) title: String,
-    pub(super) labels: Vec<String>,
-    pub(super) up: sinew_engine::UpAxis,
+/// What a scene became.
+struct Built {
+    world: World,
+    mapping: v1::Mapping,
+    drive: Drive,
+    title: String,
+    labels: Vec<String>,
+    up: UpAxis,
 }
 
 /// `sessions/{id}`; an id of the server's making where the client gave none.
@@ -296,11 +331,12 @@ fn digest(digest: u128) -> String {
     format!("{digest:032x}")
 }
 
-async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, ServiceError> {
+pub(super) async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, ServiceError> {
     let Report {
         activity,
         frame,
         digest: hash,
+        mapping,
     } = entry.handle.ask(wish).await?;
     let (state, fault) = match activity {
         Activity::Paused => (v1::SessionState::Paused, None),
@@ -328,11 +364,14 @@ async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, ServiceError
         external_motion: entry.external,
         fault,
         warnings: entry.warnings.clone(),
+        etag: mapping::etag(&mapping),
+        mapping: Some(v1::Mapping::clone(&mapping)),
     })
 }
 
 /// What a scene would become.
-fn validated(name: String, world: &World) -> v1::Session {
+fn validated(name: String, built: Built) -> v1::Session {
+    let Built { world, mapping, .. } = built;
     let frame = world.frame();
     v1::Session {
         name,
@@ -343,6 +382,8 @@ fn validated(name: String, world: &World) -> v1::Session {
         cell_count: count(frame.layout.cells.len()),
         time_step_seconds: world.time_step(),
         warnings: world.warnings().to_vec(),
+        etag: mapping::etag(&mapping),
+        mapping: Some(mapping),
         ..v1::Session::default()
     }
 }

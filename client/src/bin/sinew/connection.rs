@@ -10,7 +10,7 @@ const DEFAULT: &str = "127.0.0.1:7370";
 #[derive(Args)]
 pub(crate) struct Connection {
     /// The server.
-    #[arg(long, value_name = "HOST:PORT", default_value = DEFAULT)]
+    #[arg(long, value_name = "HOST:PORT", default_value = DEFAULT, global = true)]
     server: String,
 }
 

@@ -1,21 +1,26 @@
 //! `sinew sessions`: the sessions of a server.
 
+use std::path::PathBuf;
+
 use clap::{Args, Subcommand};
-use sinew_client::Client;
-use sinew_proto::v1::{Session, SessionState, StepRequest};
+use sinew_client::{Client, load_mapping};
+use sinew_proto::v1::{Session, SessionState, StepRequest, UpdateMappingRequest};
 
 use crate::{
     Failure,
     connection::{Connection, session_name},
+    explain::explained,
     table::{Table, count},
 };
 
-/// Lists a server's sessions; runs, pauses, steps or deletes one.
+/// Lists a server's sessions; runs, pauses, steps, remaps, explains or deletes one.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew sessions                      lists them
   sinew sessions pause walk
   sinew sessions step walk --steps 10
+  sinew sessions remap walk --mapping soft.toml --blend 0.5
+  sinew sessions explain walk 42
   sinew sessions delete walk")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -46,6 +51,46 @@ enum Command {
         /// Refuse unless the session has taken exactly so many steps.
         #[arg(long, value_name = "STEP")]
         expected_step: Option<u64>,
+    },
+    /// Changes how the points drive the mesh.
+    #[command(after_help = "Examples:
+  sinew sessions remap walk --mapping rigid.json             at the next step
+  sinew sessions remap walk --mapping soft.toml --blend 0.5  over half a simulated second
+
+rigid.json: {\"rule\": {\"shapeMatching\": {}}}
+soft.toml:  filter.keep.k = 12
+            rule.weightedMean = {}")]
+    Remap {
+        /// The session.
+        session: String,
+        /// What to change: fields of a scene's `mapping`, JSON or TOML. The others stay.
+        #[arg(long, value_name = "FILE")]
+        mapping: PathBuf,
+        /// Simulated time that the mesh takes to move over, s. Without it: the next step is the new mapping's.
+        #[arg(
+            long,
+            value_name = "SECONDS",
+            default_value_t = 0.0,
+            hide_default_value = true
+        )]
+        blend: f64,
+        /// Refuse unless the mapping is the one that this etag was given for.
+        #[arg(
+            long,
+            value_name = "ETAG",
+            default_value = "",
+            hide_default_value = true
+        )]
+        etag: String,
+    },
+    /// Tells why a vertex is where it is: its points, their weights, its rule.
+    #[command(after_help = "Examples:
+  sinew sessions explain walk 42")]
+    Explain {
+        /// The session.
+        session: String,
+        /// The vertex, by index.
+        vertex: u32,
     },
     /// Ends a session.
     Delete {
@@ -83,6 +128,29 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
                 "step {}  time {:.3} s  digest {}",
                 answer.step, answer.time_seconds, answer.digest
             );
+        }
+        Some(Command::Remap {
+            session,
+            mapping,
+            blend,
+            etag,
+        }) => {
+            let request = UpdateMappingRequest {
+                name: session_name(&session),
+                mapping: Some(load_mapping(&mapping)?),
+                etag,
+                blend_seconds: blend,
+                ..UpdateMappingRequest::default()
+            };
+            let session = client.update_mapping(request).await?;
+            println!(
+                "{} has a new mapping from step {} on, etag {}",
+                session.name, session.step, session.etag
+            );
+        }
+        Some(Command::Explain { session, vertex }) => {
+            let explanation = client.explain(&session_name(&session), vertex).await?;
+            print!("{}", explained(&explanation));
         }
         Some(Command::Delete { session }) => {
             let name = session_name(&session);

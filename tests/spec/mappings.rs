@@ -1,0 +1,289 @@
+//! What a scene file can say about how points drive the mesh, and what comes of it.
+
+use sinew_proto::v1::{self, Mapping, Scene};
+use sinew_tests::{TestServer, live, scenes, vertices};
+use tonic::Code;
+
+const POINTS: usize = 14;
+
+/// A scene of few vertices with this mapping, as a scene file has it.
+fn scene(mapping: &str) -> Scene {
+    Scene {
+        mapping: Some(serde_json::from_str::<Mapping>(mapping).unwrap()),
+        ..scenes::block(POINTS, 2, scenes::Rule::Mean)
+    }
+}
+
+type Field = fn([f64; 3]) -> [f64; 3];
+
+fn translation([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x + 0.5, y - 2.0, z + 0.25]
+}
+
+fn rigid([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = 2.0_f64.sin_cos();
+    [cos * x - sin * y + 1.0, sin * x + cos * y, z - 3.0]
+}
+
+fn affine([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [1.5 * x + y, 0.5 * y - z, x + 2.0 * z - 1.0]
+}
+
+fn quadratic([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x + y * z, y - x * x, z + 0.5 * x * y - z * z]
+}
+
+/// Each holds the one before it.
+const FIELDS: [Field; 4] = [translation, rigid, affine, quadratic];
+
+/// The greatest error of a vertex, m, where the points follow a field.
+async fn error(server: &TestServer, mapping: &str, field: Field) -> f64 {
+    let session = server.create("", scene(mapping)).await;
+    let mut watcher = session.watch().await;
+    watcher.keyframe().await;
+    let rest = vertices(watcher.last());
+    let mut source = session.source().await;
+    let now: Vec<_> = scenes::rest(POINTS).into_iter().map(field).collect();
+    source.send(&now).await;
+    source.acked(1).await.unwrap();
+    session.step(1).await.unwrap();
+    let posed = vertices(&watcher.frame().await);
+    let distance = |(x, x0): (&[f64; 3], &[f64; 3])| {
+        let expected = field(*x0);
+        (0..3)
+            .map(|axis| (x[axis] - expected[axis]).abs())
+            .fold(0.0, f64::max)
+    };
+    posed.iter().zip(&rest).map(distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn every_rule_of_a_scene_file_reproduces_its_fields_and_no_more() {
+    // A filter that keeps all, but where the default does.
+    let rules = [
+        (1, r#"{"rule": {"direct": {}}}"#),
+        (1, r#"{"rule": {"mean": {}}, "filter": {"keep": {"k": 3}}}"#),
+        (1, r#"{"rule": {"weightedMean": {}}}"#),
+        (3, r#"{"rule": {"barycentric": {}}}"#),
+        (2, r#"{"rule": {"shapeMatching": {}}}"#),
+        (3, r#"{"rule": {"linearShapeMatching": {}}}"#),
+        (2, r#"{"rule": {"linearShapeMatching": {"beta": 0.5}}}"#),
+        (2, r#"{"rule": {"linearShapeMatching": {"beta": 0}}}"#),
+        (
+            4,
+            r#"{"rule": {"quadraticShapeMatching": {}}, "filter": {"keep": {"k": 14}}}"#,
+        ),
+        (
+            2,
+            r#"{"rule": {"quadraticShapeMatching": {"beta": 0.5}}, "filter": {"keep": {"k": 14}}}"#,
+        ),
+        (3, r#"{"rule": {"radialBasis": {}}}"#),
+    ];
+    live(async {
+        let server = TestServer::start().await;
+        for (exact, mapping) in rules {
+            for (level, field) in FIELDS.into_iter().enumerate() {
+                let error = error(&server, mapping, field).await;
+                if level < exact {
+                    assert!(error < 1e-9, "{mapping}, field {level}: {error:.1e}");
+                } else {
+                    assert!(error > 1e-4, "{mapping}, field {level}: only {error:.1e}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn every_radial_function_and_polynomial_of_a_scene_file_does_what_it_says() {
+    let functions = [
+        ("GAUSSIAN", 0),
+        ("SHIFTED_LOG", 1),
+        ("MULTIQUADRIC", 1),
+        ("INVERSE_MULTIQUADRIC", 0),
+        ("INVERSE_QUADRATIC", 0),
+        ("WENDLAND", 0),
+        ("THIN_PLATE", 2),
+        ("CUBIC", 2),
+        ("LINEAR", 1),
+    ];
+    live(async {
+        let server = TestServer::start().await;
+        for (function, needs) in functions {
+            for (order, polynomial, exact) in [(0, "NONE", 0), (1, "CONSTANT", 1), (2, "LINEAR", 3)]
+            {
+                let mapping = format!(
+                    r#"{{"rule": {{"radialBasis": {{"function": "RADIAL_FUNCTION_{function}",
+                        "polynomial": "POLYNOMIAL_{polynomial}"}}}}}}"#
+                );
+                if order < needs {
+                    refused(&server, scene(&mapping), "MAPPING_REFUSED", "scene.mapping").await;
+                } else if exact > 0 {
+                    let field = FIELDS[exact - 1];
+                    assert!(error(&server, &mapping, field).await < 1e-9, "{mapping}");
+                } else {
+                    assert!(
+                        error(&server, &mapping, translation).await > 1e-4,
+                        "{mapping}"
+                    );
+                }
+            }
+        }
+    });
+}
+
+/// The points that a vertex keeps, as the service says, the strongest first.
+async fn kept(server: &TestServer, session: &str, vertex: u32) -> Vec<v1::Influence> {
+    let request = v1::ExplainRequest {
+        name: session.to_owned(),
+        vertex,
+    };
+    let told = server.sessions().explain(request).await.unwrap();
+    told.into_inner().points
+}
+
+/// The number of points that each vertex keeps, by their ranks and distances alone.
+fn counts(kept: impl Fn(usize, f64) -> bool, rest: &[[f64; 3]]) -> Vec<usize> {
+    let points = scenes::rest(POINTS);
+    let count = |x: &[f64; 3]| {
+        let distance = |p: &[f64; 3]| (0..3).map(|i| (p[i] - x[i]).powi(2)).sum::<f64>().sqrt();
+        let mut distances: Vec<f64> = points.iter().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        let kept = distances
+            .iter()
+            .enumerate()
+            .filter(|(rank, d)| kept(*rank, **d));
+        kept.count()
+    };
+    rest.iter().map(count).collect()
+}
+
+#[test]
+fn every_filter_of_a_scene_file_keeps_the_points_that_it_says() {
+    type Kept = fn(usize, f64) -> bool;
+    let filters: [(&str, Kept); 5] = [
+        (r#"{"filter": {"minimum": {}}}"#, |rank, _| rank < 1),
+        (r#"{"filter": {"keep": {"k": 5}}}"#, |rank, _| rank < 5),
+        (
+            r#"{"filter": {"interval": {"nearest": 0.3, "farthest": 0.9}}}"#,
+            |_, d| (0.3..=0.9).contains(&d),
+        ),
+        (
+            r#"{"filter": {"keepAtLeast": {"k": 2, "within": 0.5}}}"#,
+            |rank, d| rank < 2 || d <= 0.5,
+        ),
+        (r#"{"filter": {"keepAtLeast": {}}}"#, |rank, _| rank < 8),
+    ];
+    live(async {
+        let server = TestServer::start().await;
+        for (filter, keeps) in filters {
+            let session = server.create("", scene(filter)).await;
+            let mut watcher = session.watch().await;
+            watcher.keyframe().await;
+            let counts = counts(keeps, &vertices(watcher.last()));
+            for (vertex, expected) in (0..).zip(counts) {
+                let points = kept(&server, &session.name, vertex).await;
+                assert_eq!(points.len(), expected, "{filter}, vertex {vertex}");
+                let sum: f64 = points.iter().map(|point| point.weight).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+            }
+            assert!(error(&server, filter, translation).await < 1e-9, "{filter}");
+        }
+    });
+}
+
+#[test]
+fn coefficients_of_a_scene_file_move_the_borders_between_points() {
+    live(async {
+        let server = TestServer::start().await;
+        let owned_by_first = async |first: f64| {
+            let mut values = vec!["1".to_owned(); POINTS];
+            values[0] = first.to_string();
+            let values = values.join(", ");
+            let mapping = format!(
+                r#"{{"weighting": {{"distance": {{"coefficients": {{"values": [{values}]}}}}}},
+                    "rule": {{"direct": {{}}}}}}"#
+            );
+            assert!(error(&server, &mapping, translation).await < 1e-9);
+            let session = server.create("", scene(&mapping)).await;
+            let mut owned = 0;
+            for vertex in 0..27 {
+                let kept = kept(&server, &session.name, vertex).await;
+                owned += usize::from(kept[0].index == 0);
+            }
+            owned
+        };
+        let (alone, fair, all) = (
+            owned_by_first(1e6).await,
+            owned_by_first(1.0).await,
+            owned_by_first(0.0).await,
+        );
+        assert_eq!(alone, 0);
+        assert!(0 < fair && fair < 27, "{fair}");
+        assert_eq!(all, 27);
+    });
+}
+
+async fn refused(server: &TestServer, scene: Scene, reason: &str, field: &str) {
+    let before = server.names().await;
+    let mapping = format!("{:?}", scene.mapping);
+    let answer = server.try_create(scenes::creation(scene)).await;
+    let refusal = sinew_tests::refused(answer, Code::InvalidArgument, reason);
+    assert_eq!(refusal.field.as_deref(), Some(field), "{mapping}");
+    assert_eq!(server.names().await, before, "{mapping}");
+}
+
+#[test]
+fn mappings_without_an_answer_are_refused_by_field_and_reason() {
+    live(async {
+        let server = TestServer::start().await;
+        for mapping in [
+            // No four of three points, or of four in a plane, span a volume.
+            r#"{"rule": {"barycentric": {}}, "filter": {"keep": {"k": 3}}}"#,
+            r#"{"rule": {"barycentric": {}}, "points": ["p0", "p1", "p2"]}"#,
+            r#"{"rule": {"linearShapeMatching": {"beta": 1.5}}}"#,
+            r#"{"rule": {"quadraticShapeMatching": {"beta": -0.5}}}"#,
+            r#"{"rule": {"quadraticShapeMatching": {"beta": "NaN"}}}"#,
+            r#"{"rule": {"radialBasis": {"scale": -1}}}"#,
+            r#"{"rule": {"radialBasis": {"scale": "Infinity"}}}"#,
+            r#"{"weighting": {"distance": {"coefficients": {"values": [1, 1]}}}}"#,
+            r#"{"weighting": {"distance": {"coefficients": {"values":
+                [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1]}}}}"#,
+            r#"{"filter": {"interval": {"nearest": 0.5, "farthest": 0.4}}}"#,
+            r#"{"filter": {"interval": {"nearest": -0.5, "farthest": 0.4}}}"#,
+            r#"{"filter": {"interval": {"nearest": "NaN", "farthest": 1}}}"#,
+            // No point is so near to every vertex, nor so far.
+            r#"{"filter": {"interval": {"farthest": 0.01}}}"#,
+            r#"{"filter": {"interval": {"nearest": 5, "farthest": 9}}}"#,
+            r#"{"filter": {"keepAtLeast": {"within": -1}}}"#,
+            r#"{"filter": {"keepAtLeast": {"within": "Infinity"}}}"#,
+            // So wide that the points cannot be told apart.
+            r#"{"rule": {"radialBasis": {"function": "RADIAL_FUNCTION_GAUSSIAN", "scale": 100}}}"#,
+        ] {
+            refused(&server, scene(mapping), "MAPPING_REFUSED", "scene.mapping").await;
+        }
+        for (field, basis) in [
+            (
+                "function",
+                v1::RadialBasis {
+                    function: 99,
+                    ..v1::RadialBasis::default()
+                },
+            ),
+            (
+                "polynomial",
+                v1::RadialBasis {
+                    polynomial: 99,
+                    ..v1::RadialBasis::default()
+                },
+            ),
+        ] {
+            let mut scene = scene("{}");
+            scene.mapping.as_mut().unwrap().rule = Some(v1::MotionRule {
+                kind: Some(v1::motion_rule::Kind::RadialBasis(basis)),
+            });
+            let field = format!("scene.mapping.rule.radial_basis.{field}");
+            refused(&server, scene, "ENUM_UNKNOWN", &field).await;
+        }
+    });
+}
