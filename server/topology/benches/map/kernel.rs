@@ -157,14 +157,14 @@ fn sew(map: &mut Map, points: &mut Points, add: &mut Add<'_>) {
             })
         });
         done.unwrap();
+        let [unsew, sew] = apart_and_back(map, &faces, points);
         if is_warm {
             add("relink3", nanoseconds / (2 * faces.len()) as f64);
+            add("unsew3", unsew);
+            add("sew3", sew);
+            add("resew3", 0.5 * (unsew + sew));
         }
     }
-    let [unsew, sew] = apart_and_back(map, &faces, points);
-    add("unsew3", unsew);
-    add("sew3", sew);
-    add("resew3", 0.5 * (unsew + sew));
     let (_, nanoseconds) = time(|| {
         map.edit(|edit| {
             for &[one, _] in &faces {
