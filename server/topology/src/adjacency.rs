@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use crate::orbit::LabelSet;
+use crate::slots::NONE;
 use crate::{Cell, Changes, Kind, Map, Walk};
 
 /// Rows of cells in one array. A row that has outgrown its place is moved to the end.
@@ -143,6 +144,29 @@ pub struct Adjacency<I: Kind, J> {
 impl<I: Kind, J: Kind> Adjacency<I, J> {
     /// Takes down the whole map. Linear.
     pub fn new(map: &Map) -> Self {
+        let rows = match (I::DIMENSION, J::DIMENSION) {
+            (0, 1) => {
+                let edges = map.slots[1].dart.iter().flatten();
+                let ends = |dart| [dart, map.beta1(dart)].map(|dart| map.vertex(dart).label());
+                from_pairs(map.slot_count::<I>(), || {
+                    edges.clone().map(|&dart| ends(dart))
+                })
+            }
+            (3, 2) => {
+                let (sides, _) = map.side_volume.as_chunks::<2>();
+                from_pairs(map.slot_count::<I>(), || sides.iter().copied())
+            }
+            _ => Self::in_general(map),
+        };
+        let (walk, through) = (Walk::default(), PhantomData);
+        Self {
+            rows,
+            walk,
+            through,
+        }
+    }
+
+    fn in_general(map: &Map) -> Rows<I> {
         let (there, back);
         if I::DIMENSION > J::DIMENSION {
             there = boundaries::<J>(map, I::DIMENSION);
@@ -167,12 +191,7 @@ impl<I: Kind, J: Kind> Adjacency<I, J> {
             rows.push(&found.labels);
         }
         rows.cells.shrink_to_fit();
-        let (walk, through) = (Walk::default(), PhantomData);
-        Self {
-            rows,
-            walk,
-            through,
-        }
+        rows
     }
 
     /// The cells adjacent to `cell`, ascending; none for a dead one.
@@ -216,6 +235,53 @@ impl<I: Kind, J: Kind> Adjacency<I, J> {
     /// The rows; entries between them belong to none.
     pub fn entries(&self) -> &[Cell<I>] {
         &self.rows.cells
+    }
+}
+
+/// The rows of `length` cells of which no more than two meet in anything between them: here, which. Not cells that meet
+/// themselves or, [`NONE`], nothing.
+fn from_pairs<I: Kind, P: Iterator<Item = [u32; 2]>>(
+    length: usize,
+    pairs: impl Fn() -> P,
+) -> Rows<I> {
+    let pairs = || pairs().filter(|&[one, other]| one != other && one.max(other) != NONE);
+    let mut spans = vec![(0, 0); length];
+    for [one, other] in pairs() {
+        spans[one as usize].1 += 1;
+        spans[other as usize].1 += 1;
+    }
+    let mut end = 0;
+    for (start, length) in &mut spans {
+        *start = end;
+        end += std::mem::take(length);
+    }
+    let mut cells = vec![Cell::new(0); end as usize];
+    for [one, other] in pairs() {
+        for (from, to) in [(one, other), (other, one)] {
+            let (start, length) = &mut spans[from as usize];
+            cells[(*start + *length) as usize] = Cell::new(to);
+            *length += 1;
+        }
+    }
+    let mut unused = 0;
+    for (start, length) in &mut spans {
+        let row = &mut cells[*start as usize..(*start + *length) as usize];
+        row.sort_unstable();
+        // Two cells may have several between them.
+        let mut kept = 0;
+        for at in 0..row.len() {
+            if at == 0 || row[at] != row[kept - 1] {
+                row[kept] = row[at];
+                kept += 1;
+            }
+        }
+        unused += row.len() - kept;
+        *length = number(kept);
+    }
+    Rows {
+        spans,
+        cells,
+        unused,
     }
 }
 

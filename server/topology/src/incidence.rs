@@ -1,6 +1,8 @@
 //! Which cells bound, hold or touch a cell.
 
+use crate::map::SIDE;
 use crate::orbit::LabelSet;
+use crate::slots::NONE;
 use crate::{Cell, Dart, Dimension, Kind, Map, Walk};
 
 impl Map {
@@ -36,22 +38,40 @@ impl Map {
         cell: Cell<I>,
         walk: &'a mut Walk,
     ) -> impl Iterator<Item = Cell<I>> + 'a {
-        let mut through = std::mem::take(&mut walk.through);
         let mut found = std::mem::take(&mut walk.found);
-        through.restart(self.slot_count::<J>());
         found.restart(self.slot_count::<I>());
-        self.gather(
-            I::DIMENSION,
-            self.dart(cell),
-            J::DIMENSION,
-            walk,
-            &mut through,
-        );
-        for &label in &through.labels {
-            let between = self.dart(Cell::<J>::new(label));
-            self.gather(J::DIMENSION, between, I::DIMENSION, walk, &mut found);
+        let dart = self.dart(cell);
+        match (I::DIMENSION, J::DIMENSION) {
+            // No more than two cells meet there: the other one is near.
+            (0, 1) => {
+                for &dart in walk.collect(self, 0, dart) {
+                    found.insert(self.head(dart).label());
+                    if self.dimension == Dimension::Two {
+                        // On a border, an edge may only come in.
+                        found.insert(self.vertex(self.beta0(dart)).label());
+                    }
+                }
+            }
+            (3, 2) => {
+                for &dart in walk.collect(self, 3, dart) {
+                    let beyond = self.side_volume[(self.label[SIDE][dart.index()] ^ 1) as usize];
+                    if beyond != NONE {
+                        found.insert(beyond);
+                    }
+                }
+            }
+            _ => {
+                let mut through = std::mem::take(&mut walk.through);
+                through.restart(self.slot_count::<J>());
+                self.gather(I::DIMENSION, dart, J::DIMENSION, walk, &mut through);
+                for &label in &through.labels {
+                    let between = self.dart(Cell::<J>::new(label));
+                    self.gather(J::DIMENSION, between, I::DIMENSION, walk, &mut found);
+                }
+                walk.through = through;
+            }
         }
-        (walk.found, walk.through) = (found, through);
+        walk.found = found;
         let others = walk.found.labels.iter().map(|&label| Cell::new(label));
         others.filter(move |&other| other != cell)
     }

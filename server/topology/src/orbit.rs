@@ -1,5 +1,7 @@
 //! The darts of one cell after the other.
 
+use std::marker::PhantomData;
+
 use crate::{Cell, Dart, Kind, Map};
 
 /// A set of rows, one bit each, that is emptied in proportion to what was put in.
@@ -101,6 +103,7 @@ impl Walk {
         &self.darts
     }
 
+    #[inline]
     pub(crate) fn push(&mut self, dart: Dart) {
         if self.seen.insert(dart.index()) {
             self.darts.push(dart);
@@ -112,6 +115,7 @@ impl Walk {
     }
 
     /// Meets what is one step away from `dart` within its `dimension`-cell.
+    #[inline]
     pub(crate) fn step(&mut self, map: &Map, dimension: usize, dart: Dart) {
         let [beta1, beta2, beta3] = &map.beta;
         let at = dart.index();
@@ -133,6 +137,7 @@ impl Walk {
         }
     }
 
+    #[inline]
     fn meet_both(&mut self, one: Option<Dart>, other: Option<Dart>) {
         for dart in [one, other].into_iter().flatten() {
             self.push(dart);
@@ -178,19 +183,19 @@ impl Walk {
 
 /// The darts of one cell, each once. See [`Map::orbit`].
 #[derive(Debug)]
-pub struct Orbit<'a> {
+pub struct Orbit<'a, K> {
     map: &'a Map,
     walk: &'a mut Walk,
-    dimension: usize,
     done: usize,
+    kind: PhantomData<fn() -> K>,
 }
 
-impl Iterator for Orbit<'_> {
+impl<K: Kind> Iterator for Orbit<'_, K> {
     type Item = Dart;
 
     fn next(&mut self) -> Option<Dart> {
         let dart = *self.walk.darts.get(self.done)?;
-        self.walk.step(self.map, self.dimension, dart);
+        self.walk.step(self.map, K::DIMENSION, dart);
         self.done += 1;
         Some(dart)
     }
@@ -203,19 +208,19 @@ impl Map {
     ///
     /// # Panics
     /// If the cell is dead.
-    pub fn orbit<'a, K: Kind>(&'a self, cell: Cell<K>, walk: &'a mut Walk) -> Orbit<'a> {
+    pub fn orbit<'a, K: Kind>(&'a self, cell: Cell<K>, walk: &'a mut Walk) -> Orbit<'a, K> {
         self.orbit_of::<K>(self.dart(cell), walk)
     }
 
     /// [`Map::orbit`] of the cell that `dart` belongs to, beginning with it.
-    pub fn orbit_of<'a, K: Kind>(&'a self, dart: Dart, walk: &'a mut Walk) -> Orbit<'a> {
+    pub fn orbit_of<'a, K: Kind>(&'a self, dart: Dart, walk: &'a mut Walk) -> Orbit<'a, K> {
         walk.restart(self);
         walk.push(dart);
         Orbit {
             map: self,
             walk,
-            dimension: K::DIMENSION,
             done: 0,
+            kind: PhantomData,
         }
     }
 
