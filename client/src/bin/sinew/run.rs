@@ -15,7 +15,7 @@ use crate::{
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew run bridge.toml                          on a server inside this command
-  sinew run walk.json --server 10.0.0.5:7370     on a server that runs already
+  sinew run walk.json --server stage:7370        on a server that runs already
   sinew run bridge.toml --frames 600 --fast      600 steps, as fast as the machine can
   sinew run walk.json --session take-3           names the session")]
 pub(crate) struct Arguments {
