@@ -1,6 +1,11 @@
 //! `sinew-server`: the service by itself.
 
-use std::{io::Write as _, net::SocketAddr, path::PathBuf, process::ExitCode};
+use std::{
+    io::{IsTerminal as _, Write as _},
+    net::SocketAddr,
+    path::PathBuf,
+    process::ExitCode,
+};
 
 use clap::{Parser, ValueEnum};
 use serde::Serialize;
@@ -82,6 +87,7 @@ async fn run(flags: Flags) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let filter = EnvFilter::try_new(&flags.log)?;
     let logs = tracing_subscriber::fmt()
         .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
         .with_writer(std::io::stderr);
     match flags.log_format {
         LogFormat::Text => logs.init(),

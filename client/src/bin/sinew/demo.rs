@@ -7,6 +7,7 @@ use sinew_client::{Client, SceneFile, Syntax};
 use sinew_formats::take;
 use sinew_server::Server;
 
+use crate::out::{put, say};
 use crate::{
     Failure,
     drive::{Report, Speed, post},
@@ -70,7 +71,7 @@ pub(crate) async fn demo(arguments: Arguments) -> Result<(), Failure> {
         }
     };
     if let Ok(report) = &outcome {
-        print!("\n{}", report.table());
+        put!("\n{}", report.table());
         if arguments.stay {
             eprintln!("\nThe page stays open until Ctrl-C.");
             tokio::signal::ctrl_c().await?;
@@ -80,7 +81,7 @@ pub(crate) async fn demo(arguments: Arguments) -> Result<(), Failure> {
     let stopped = embedded::stop(server).await;
     outcome?;
     stopped?;
-    print!("{}", files(&arguments.out)?);
+    put!("{}", files(&arguments.out)?);
     Ok(())
 }
 
@@ -107,9 +108,9 @@ async fn follow(
     warn(&file.warnings);
     let posted = post(&client, file, SESSION, arguments.frames, speed).await?;
     warn(&posted.session.warnings);
-    println!("{}\n", describe(&posted));
-    println!("  in the browser  http://{address}/sessions/{SESSION}");
-    println!("  in Rerun        rerun+http://{address}/proxy\n");
+    say!("{}\n", describe(&posted));
+    say!("  in the browser  http://{address}/sessions/{SESSION}");
+    say!("  in Rerun        rerun+http://{address}/proxy\n");
     posted.run(&client).await
 }
 

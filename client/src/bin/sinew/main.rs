@@ -9,6 +9,7 @@ mod embedded;
 mod explain;
 mod inspect;
 mod latency;
+mod out;
 mod percentiles;
 mod progress;
 mod run;
@@ -81,12 +82,15 @@ async fn main() -> ExitCode {
         Command::Sessions(arguments) => sessions::sessions(arguments).await,
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "sinew", &mut io::stdout());
-            Ok(())
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "sinew", &mut script);
+            let script = String::from_utf8_lossy(&script);
+            out::write(format_args!("{script}")).map_err(Failure::from)
         }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
+        Err(failure) if out::reader_left(failure.as_ref()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("sinew: {failure}");
             ExitCode::FAILURE

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sinew_client::{Client, SceneFile};
 
+use crate::out::{put, say};
 use crate::{
     Failure,
     drive::{Posted, Report, Speed, post},
@@ -50,7 +51,7 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         None => embedded(file, &arguments).await?,
     };
-    print!("\n{}", report.table());
+    put!("\n{}", report.table());
     Ok(())
 }
 
@@ -85,7 +86,7 @@ async fn follow(
     };
     let posted = post(client, file, &arguments.session, arguments.frames, speed).await?;
     warn(&posted.session.warnings);
-    println!("{}", describe(&posted));
+    say!("{}", describe(&posted));
     let name = posted.session.name.clone();
     Ok((name, posted.run(client).await))
 }

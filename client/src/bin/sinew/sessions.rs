@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use sinew_client::{Client, load_mapping};
 use sinew_proto::v1::{Session, SessionState, StepRequest, UpdateMappingRequest};
 
+use crate::out::{put, say};
 use crate::{
     Failure,
     connection::{Connection, session_name},
@@ -105,11 +106,11 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
         None => list(&client).await?,
         Some(Command::Run { session }) => {
             let session = client.run(&session_name(&session)).await?;
-            println!("{} runs from step {}", session.name, session.step);
+            say!("{} runs from step {}", session.name, session.step);
         }
         Some(Command::Pause { session }) => {
             let session = client.pause(&session_name(&session)).await?;
-            println!("{} is paused at step {}", session.name, session.step);
+            say!("{} is paused at step {}", session.name, session.step);
         }
         Some(Command::Step {
             session,
@@ -124,9 +125,11 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
                     expected_step,
                 })
                 .await?;
-            println!(
+            say!(
                 "step {}  time {:.3} s  digest {}",
-                answer.step, answer.time_seconds, answer.digest
+                answer.step,
+                answer.time_seconds,
+                answer.digest
             );
         }
         Some(Command::Remap {
@@ -143,19 +146,21 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
                 ..UpdateMappingRequest::default()
             };
             let session = client.update_mapping(request).await?;
-            println!(
+            say!(
                 "{} has a new mapping from step {} on, etag {}",
-                session.name, session.step, session.etag
+                session.name,
+                session.step,
+                session.etag
             );
         }
         Some(Command::Explain { session, vertex }) => {
             let explanation = client.explain(&session_name(&session), vertex).await?;
-            print!("{}", explained(&explanation));
+            put!("{}", explained(&explanation));
         }
         Some(Command::Delete { session }) => {
             let name = session_name(&session);
             client.delete_session(&name).await?;
-            println!("{name} is deleted");
+            say!("{name} is deleted");
         }
     }
     Ok(())
@@ -164,9 +169,9 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
 async fn list(client: &Client) -> Result<(), Failure> {
     let sessions = client.all_sessions().await?;
     if sessions.is_empty() {
-        println!("no sessions");
+        say!("no sessions");
     } else {
-        print!("{}", table(&sessions));
+        put!("{}", table(&sessions));
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use sinew_client::{paced, take_frames};
 use sinew_formats::take;
 use sinew_proto::v1;
 
+use crate::out::say;
 use crate::{
     Failure,
     connection::{Connection, session_name},
@@ -74,7 +75,7 @@ pub(crate) async fn stream(arguments: Arguments) -> Result<(), Failure> {
     }
     drop(progress);
     all_acknowledged(last, total)?;
-    println!(
+    say!(
         "{} frames sent, all acknowledged; the session was at step {}.",
         count(total),
         count(step)

@@ -6,6 +6,7 @@ use clap::Args;
 use sinew_client::{Counts, Update};
 use sinew_proto::v1;
 
+use crate::out::say;
 use crate::{
     Failure,
     connection::{Connection, session_name},
@@ -49,20 +50,20 @@ pub(crate) async fn watch(arguments: Arguments) -> Result<(), Failure> {
                 }
                 Some(Update::Keyframe(next)) => frame = next.frame,
                 Some(Update::Goodbye(goodbye)) => {
-                    println!("{}", ended(goodbye.reason()));
+                    say!("{}", ended(goodbye.reason()));
                     return Ok(());
                 }
                 None => return Ok(()),
             },
             _ = ticks.tick() => {
                 if let Some(frame) = &frame {
-                    second = second.line(frame, subscription.counts());
+                    second = second.line(frame, subscription.counts())?;
                 }
             }
         }
     }
     if let Some(frame) = &frame {
-        second.line(frame, subscription.counts());
+        second.line(frame, subscription.counts())?;
     }
     Ok(())
 }
@@ -95,11 +96,11 @@ impl Default for Second {
 
 impl Second {
     /// Prints the second's line and begins the next one.
-    fn line(self, frame: &v1::Frame, counts: Counts) -> Self {
+    fn line(self, frame: &v1::Frame, counts: Counts) -> Result<Self, Failure> {
         #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53 frames")]
         let received = (counts.received - self.before.received) as f64;
         let latency = self.latencies.deliver_median();
-        println!(
+        say!(
             "step {:>8}  time {:>9.3} s  {:>6.1} frames/s  latency {:>9}  missed {}",
             frame.step,
             frame.time_seconds,
@@ -107,9 +108,9 @@ impl Second {
             latency.map_or_else(|| "-".to_owned(), milliseconds),
             counts.missed - self.before.missed,
         );
-        Self {
+        Ok(Self {
             before: counts,
             ..Self::default()
-        }
+        })
     }
 }

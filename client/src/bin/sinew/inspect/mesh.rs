@@ -12,6 +12,7 @@ use sinew_formats::mesh::{self, Loaded};
 use sinew_mesh::{Grid, Inspection, Repairs};
 
 use super::{Arguments, some};
+use crate::out::{put, say};
 use crate::{
     Failure,
     table::{Table, count},
@@ -21,10 +22,10 @@ pub(super) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
     let loaded = mesh::read(&arguments.file)?;
     let inspection = sinew_mesh::inspect(&loaded.grid);
     if arguments.json {
-        println!("{:#}", to_json(&loaded, &inspection));
+        say!("{:#}", to_json(&loaded, &inspection));
     } else {
-        println!("{}: {}", arguments.file.display(), loaded.format);
-        print!("{}", describe(&loaded, &inspection));
+        say!("{}: {}", arguments.file.display(), loaded.format);
+        put!("{}", describe(&loaded, &inspection));
     }
     if let Some(out) = &arguments.repair {
         let (grid, repairs) = sinew_mesh::repair(loaded.grid);

@@ -4,6 +4,7 @@ use serde_json::json;
 use sinew_formats::take::{self, Options, Take, Up};
 
 use super::{Arguments, some};
+use crate::out::{put, say};
 use crate::{
     Failure,
     table::{Table, count},
@@ -15,10 +16,10 @@ pub(super) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
     };
     let take = take::read(&arguments.file, &options)?;
     if arguments.json {
-        println!("{:#}", to_json(&take));
+        say!("{:#}", to_json(&take));
     } else {
-        println!("{}", arguments.file.display());
-        print!("{}", describe(&take));
+        say!("{}", arguments.file.display());
+        put!("{}", describe(&take));
     }
     Ok(())
 }
