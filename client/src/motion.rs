@@ -171,7 +171,7 @@ mod tests {
         let start = Instant::now();
         let mut paced = std::pin::pin!(paced(frames(&[0.0, 0.1, 0.2, 0.3])));
         paced.next().await;
-        tokio::time::sleep(Duration::from_millis(250)).await;
+        tokio::time::advance(Duration::from_millis(250)).await;
         paced.next().await;
         paced.next().await;
         assert!((start.elapsed().as_secs_f64() - 0.25).abs() < 2e-3);

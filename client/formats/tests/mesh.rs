@@ -333,7 +333,9 @@ fn content_counts_more_than_the_name() {
     );
     assert_eq!(read(&file("zoo.mesh")).unwrap().format, Format::Medit);
     assert_eq!(read(&file("zoo_mfem.mesh")).unwrap().format, Format::Mfem);
-    assert!(refusal("a.xyz", "1 2 3").contains("known are .vtk .vtu"));
+    let unknown = refusal("a.xyz", "1 2 3");
+    assert!(unknown.contains("known are .vtk .vtu"), "{unknown}");
+    assert_eq!(unknown.matches(".mesh ").count(), 1, "{unknown}");
 }
 
 /// File, content, error.

@@ -117,12 +117,14 @@ fn declared(name: &str, bytes: &[u8]) -> Option<Format> {
 }
 
 fn known_extensions() -> String {
-    let mut known: Vec<_> = Format::ALL
-        .iter()
-        .flat_map(|format| format.extensions())
-        .map(|extension| format!(".{extension}"))
-        .collect();
-    known.dedup();
+    let mut known: Vec<_> = Vec::new();
+    for extension in Format::ALL.iter().flat_map(|format| format.extensions()) {
+        let dotted = format!(".{extension}");
+        // Two formats share one.
+        if !known.contains(&dotted) {
+            known.push(dotted);
+        }
+    }
     known.join(" ")
 }
 
