@@ -5,6 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use sinew_mesh::Cells;
 
+use crate::change::Change;
+
 /// What is known of a point at a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -51,4 +53,6 @@ pub struct Frame {
     pub point_states: Vec<PointState>,
     /// Vertex positions, m.
     pub vertices: Vec<Vector3<f64>>,
+    /// What this step did to the mesh beside moving it; `None` in the ordinary case.
+    pub change: Option<Arc<Change>>,
 }

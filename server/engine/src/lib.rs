@@ -3,6 +3,7 @@
 
 mod blend;
 mod build;
+mod change;
 mod digest;
 mod explain;
 mod frame;
@@ -10,6 +11,7 @@ mod rest;
 mod scene;
 mod world;
 
+pub use change::{Change, Event, EventKind, Patch, Seam, SeamKind};
 pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Frame, Layout, PointState};
 pub use rest::{Bound, Rest};

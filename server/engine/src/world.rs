@@ -190,12 +190,14 @@ impl World {
         match reused {
             Some(mut frame) => {
                 frame.layout = Arc::clone(&self.layout);
+                frame.change = None;
                 frame.capture_time_seconds = last.capture_time_seconds;
                 frame.motion_sequence = last.motion_sequence;
                 frame
             }
             None => Frame {
                 layout: Arc::clone(&self.layout),
+                change: None,
                 ..Frame::clone(last)
             },
         }
@@ -232,6 +234,7 @@ impl World {
             points,
             point_states,
             vertices,
+            change: _,
         } = &*self.frame;
         let Layout {
             epoch,
