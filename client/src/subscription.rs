@@ -197,7 +197,14 @@ impl Ledger {
         if self.content == Content::Points {
             return Ok(());
         }
-        let hash = grid::cells(cells.unwrap_or(&UnstructuredGrid::default()))?.hash();
+        let cells = grid::cells(cells.unwrap_or(&UnstructuredGrid::default()))?;
+        if let Err(error) = cells.check(frame.vertex_count as usize) {
+            let sequence = frame.sequence;
+            return Err(protocol(&format!(
+                "the cells of keyframe {sequence} are none: {error}"
+            )));
+        }
+        let hash = cells.hash();
         if hash == frame.layout_hash {
             Ok(())
         } else {

@@ -26,7 +26,7 @@ pub struct Layout {
     pub epoch: u64,
     /// Grows by one with each topology change.
     pub topology_version: u64,
-    /// XXH3-64 of the cells.
+    /// [`Cells::hash`] of the cells.
     pub hash: u64,
     /// The cells.
     pub cells: Cells,

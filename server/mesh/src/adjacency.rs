@@ -1,6 +1,6 @@
 //! Which vertex lists are the same set: the one question behind neighbours, boundaries and duplicates.
 
-use crate::Cells;
+use crate::{CellType, Cells};
 
 /// Sets of vertices, numbered in the order of their arrival, each kept sorted.
 pub(crate) struct VertexSets {
@@ -125,7 +125,7 @@ impl FaceSets {
             }
         }
         let of_volumes = sets.len();
-        for cell in cells.iter().filter(|cell| !cell.kind.is_volume()) {
+        for cell in cells.iter().filter(|cell| cell.kind.is_surface()) {
             sets.push(cell.vertices.iter().copied());
         }
         Self { sets, of_volumes }
@@ -155,12 +155,17 @@ impl FaceSets {
 /// Each cell with the same vertices as an earlier one, and the first such; ascending.
 pub(crate) fn duplicate_cells(cells: &Cells) -> Vec<[u32; 2]> {
     let mut sets = VertexSets::with_capacity(cells.len(), cells.connectivity.len());
-    for cell in cells.iter() {
-        sets.push(cell.vertices.iter().copied());
+    let mut ids = Vec::with_capacity(cells.len());
+    for (id, cell) in (0u32..).zip(cells.iter()) {
+        if cell.kind != CellType::Empty {
+            sets.push(cell.vertices.iter().copied());
+            ids.push(id);
+        }
     }
+    let id = |member: &Member| ids[member.set as usize];
     let mut duplicates = Vec::new();
     sets.for_each_group(|group| {
-        duplicates.extend(group[1..].iter().map(|again| [again.set, group[0].set]));
+        duplicates.extend(group[1..].iter().map(|again| [id(again), id(&group[0])]));
     });
     duplicates.sort_unstable();
     duplicates

@@ -90,7 +90,7 @@ impl Face<'_> {
 }
 
 impl<'a> Cell<'a> {
-    /// The faces; of a triangle, quad or polygon, the cell itself. Nothing is allocated.
+    /// The faces; of a triangle, quad or polygon, the cell itself; of an empty cell, none. Nothing is allocated.
     pub fn faces(&self) -> impl Iterator<Item = Face<'a>> + use<'a> {
         let vertices = self.vertices;
         let mut stream = self.face_stream.get(1..).unwrap_or_default();
@@ -103,7 +103,7 @@ impl<'a> Cell<'a> {
                 order: None,
             })
         });
-        let itself = (!self.kind.is_volume()).then_some(Face {
+        let itself = self.kind.is_surface().then_some(Face {
             vertices,
             order: None,
         });
@@ -124,6 +124,10 @@ const fn fixed_faces(kind: CellType) -> &'static [&'static [u8]] {
         CellType::Pyramid => PYRAMID,
         CellType::PentagonalPrism => PENTAGONAL_PRISM,
         CellType::HexagonalPrism => HEXAGONAL_PRISM,
-        CellType::Triangle | CellType::Quad | CellType::Polygon | CellType::Polyhedron => &[],
+        CellType::Empty
+        | CellType::Triangle
+        | CellType::Quad
+        | CellType::Polygon
+        | CellType::Polyhedron => &[],
     }
 }

@@ -39,7 +39,7 @@ pub enum GridError {
     },
     /// No known kind of cell has this number.
     #[error(
-        "column `types`, entry {cell}, value {value}: not a known cell type (5, 7, 9, 10, 12, 13, 14, 15, 16 or 42)"
+        "column `types`, entry {cell}, value {value}: not a known cell type (0, 5, 7, 9, 10, 12, 13, 14, 15, 16 or 42)"
     )]
     UnknownType {
         /// The cell.
@@ -353,6 +353,7 @@ impl Cells {
 /// In words, how many vertices the kind has, if not `found`.
 fn wrong_count(kind: CellType, found: usize) -> Option<&'static str> {
     let (least, most, words) = match kind {
+        CellType::Empty => (0, 0, "0"),
         CellType::Triangle => (3, 3, "3"),
         CellType::Quad | CellType::Tetrahedron => (4, 4, "4"),
         CellType::Pyramid => (5, 5, "5"),
@@ -366,7 +367,7 @@ fn wrong_count(kind: CellType, found: usize) -> Option<&'static str> {
     (found < least || found > most).then_some(words)
 }
 
-fn at_most(column: &'static str, found: usize, limit: usize) -> Result<(), GridError> {
+pub(crate) fn at_most(column: &'static str, found: usize, limit: usize) -> Result<(), GridError> {
     if found <= limit {
         Ok(())
     } else {

@@ -1,12 +1,14 @@
 //! The grid itself.
 
 use nalgebra::Vector3;
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// VTK's number for a kind of cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum CellType {
+    /// No vertices: the slot of a cell that was taken away.
+    Empty = 0,
     /// Three vertices.
     Triangle = 5,
     /// Any number of vertices in a plane.
@@ -32,7 +34,8 @@ pub enum CellType {
 
 impl CellType {
     /// Every kind, by ascending number.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
+        Self::Empty,
         Self::Triangle,
         Self::Polygon,
         Self::Quad,
@@ -48,6 +51,7 @@ impl CellType {
     /// The kind with VTK's `number`, or `None` where no kind here has it.
     pub const fn from_number(number: u8) -> Option<Self> {
         Some(match number {
+            0 => Self::Empty,
             5 => Self::Triangle,
             7 => Self::Polygon,
             9 => Self::Quad,
@@ -70,6 +74,7 @@ impl CellType {
     /// How many vertices every such cell has, or `None` where the number is free.
     pub const fn vertex_count(self) -> Option<usize> {
         match self {
+            Self::Empty => Some(0),
             Self::Triangle => Some(3),
             Self::Quad | Self::Tetrahedron => Some(4),
             Self::Pyramid => Some(5),
@@ -81,9 +86,14 @@ impl CellType {
         }
     }
 
-    /// Whether the cell encloses a volume; the others are pieces of a surface.
+    /// Whether the cell encloses a volume.
     pub const fn is_volume(self) -> bool {
-        !matches!(self, Self::Triangle | Self::Polygon | Self::Quad)
+        !matches!(self, Self::Empty) && !self.is_surface()
+    }
+
+    /// Whether the cell is a piece of a surface.
+    pub const fn is_surface(self) -> bool {
+        matches!(self, Self::Triangle | Self::Polygon | Self::Quad)
     }
 }
 
@@ -183,31 +193,47 @@ impl Cells {
         }
     }
 
-    /// A number that two sets of cells share only if they are equal (up to the odds of a 64-bit hash).
+    /// A number that two sets of cells share only if they are equal (up to the odds of a 64-bit hash): the sum of
+    /// [`Cells::slot_hash`] over all slots, modulo 2⁶⁴. It so follows a change of some slots at their cost.
     ///
-    /// It is XXH3-64 (seed 0) over the columns `types`, `connectivity`, `offsets`, `faces`, `face_offsets` in this
-    /// order, each written as its number of *entries* (u64, little-endian) and then its entries (u8 for `types`, u32
-    /// for the others, little-endian). Clients in any language can so recompute it.
+    /// # Panics
+    /// As [`Cells::cell`].
     pub fn hash(&self) -> u64 {
-        let mut hasher = Xxh3::new();
-        hasher.update(&(self.types.len() as u64).to_le_bytes());
-        hasher.update(&self.types);
-        for column in [
-            &self.connectivity,
-            &self.offsets,
-            &self.faces,
-            &self.face_offsets,
-        ] {
-            hasher.update(&(column.len() as u64).to_le_bytes());
-            let mut bytes = [0; 4096];
-            for entries in column.chunks(bytes.len() / 4) {
-                for (to, entry) in bytes.chunks_exact_mut(4).zip(entries) {
-                    to.copy_from_slice(&entry.to_le_bytes());
-                }
-                hasher.update(&bytes[..4 * entries.len()]);
+        (0..self.len()).fold(0, |sum, slot| sum.wrapping_add(self.slot_hash(slot)))
+    }
+
+    /// What the cell with index `slot` adds to [`Cells::hash`]; see [`Cell::hash`].
+    ///
+    /// # Panics
+    /// As [`Cells::cell`].
+    pub fn slot_hash(&self, slot: usize) -> u64 {
+        let number = u32::try_from(slot).expect("columns stay below u32::MAX");
+        self.cell(slot).hash(number)
+    }
+}
+
+impl Cell<'_> {
+    /// A number for this cell in this slot: XXH3-64 (seed 0) of `slot`, the type's number, the number of vertices, the
+    /// vertices and the face stream, each entry as a u32, little-endian. Clients in any language can so recompute it.
+    pub fn hash(&self, slot: u32) -> u64 {
+        let count = u32::try_from(self.vertices.len()).expect("columns stay below u32::MAX");
+        let head = [slot, u32::from(self.kind.number()), count];
+        let entries = head.iter().chain(self.vertices).chain(self.face_stream);
+        // Cells but for polyhedra fit; a streaming hasher would cost more than the hash.
+        let mut fixed = [0; 4 * (3 + 12)];
+        let length = 4 * (head.len() + self.vertices.len() + self.face_stream.len());
+        let mut long = Vec::new();
+        let bytes = match fixed.get_mut(..length) {
+            Some(bytes) => bytes,
+            None => {
+                long.resize(length, 0);
+                &mut long
             }
+        };
+        for (to, entry) in bytes.chunks_exact_mut(4).zip(entries) {
+            to.copy_from_slice(&entry.to_le_bytes());
         }
-        hasher.digest()
+        xxh3_64(bytes)
     }
 }
 

@@ -149,7 +149,7 @@ fn inspect_cells(grid: &Grid, found: &mut Inspection) {
         }
         if cell.kind.is_volume() {
             volumes.push((id, cell_volume(&grid.positions, &cell)));
-        } else {
+        } else if cell.kind.is_surface() {
             let normals = cell.faces().map(|face| face_normal(&grid.positions, &face));
             areas.push((id, normals.map(|normal| normal.norm()).sum()));
         }
@@ -288,7 +288,10 @@ pub(crate) fn exposed_faces<'a>(
     side: Side,
 ) -> impl Iterator<Item = (u32, Face<'a>)> {
     let cells = (0u32..).zip(grid.cells.iter());
-    let cells = cells.filter(move |(_, cell)| cell.kind.is_volume() == (side == Side::Volumes));
+    let cells = cells.filter(move |(_, cell)| match side {
+        Side::Volumes => cell.kind.is_volume(),
+        Side::Surface => cell.kind.is_surface(),
+    });
     let faces = cells.flat_map(|(id, cell)| cell.faces().map(move |face| (id, face)));
     faces
         .zip(exposed)

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::{Cell, CellType, Face, Grid};
 
 /// Signed volume of a cell, m³: positive where its faces wind counter-clockwise as seen from outside, and 0 for a
-/// triangle, quad or polygon. A face that is not plane counts as the fan around the mean of its vertices, which for a
+/// triangle, quad, polygon or empty cell. A face that is not plane counts as the fan around the mean of its vertices, which for a
 /// quad has the volume of the bilinear surface; cells on both sides of a face so agree on it.
 ///
 /// # Panics
@@ -30,7 +30,7 @@ pub fn area(grid: &Grid, cell: usize) -> f64 {
 
 /// How round a cell is, without unit: 36 π V² / A³ of its volume V and area A, with the sign of V. 1 for a ball, π / 6
 /// for a cube, 0.302 for a regular tetrahedron, 0 for a flat cell, and below 0 for one that is inside out. Of a triangle,
-/// quad or polygon it is 0.
+/// quad, polygon or empty cell it is 0.
 ///
 /// # Panics
 /// If there is no such cell in a checked grid.
@@ -96,7 +96,8 @@ pub(crate) fn smallest_corner(
         CellType::Wedge => 3,
         CellType::PentagonalPrism => 5,
         CellType::HexagonalPrism => 6,
-        CellType::Triangle
+        CellType::Empty
+        | CellType::Triangle
         | CellType::Polygon
         | CellType::Quad
         | CellType::Tetrahedron

@@ -11,6 +11,8 @@ use crate::{CellType, Cells, Grid, Inspection};
 /// Why a cell was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fault {
+    /// It is a slot without a cell.
+    Empty,
     /// It names a vertex twice.
     RepeatedVertex,
     /// It has the same vertices as an earlier cell.
@@ -55,6 +57,13 @@ pub fn repair(mut grid: Grid) -> (Grid, Repairs) {
         cells: (0u32..).zip(&grid.cells.types).map(|(id, _)| id).collect(),
         ..Repairs::default()
     };
+    let empty: Vec<_> = (repairs.cells.iter().zip(grid.cells.iter()))
+        .filter(|(_, cell)| cell.kind == CellType::Empty)
+        .map(|(&id, _)| (id, Fault::Empty))
+        .collect();
+    if !empty.is_empty() {
+        drop_cells(&mut grid, &empty, &mut repairs);
+    }
     turn_volumes(&mut grid, &mut repairs);
     // Dropping flat cells raises the median that others are measured by, so once may not be enough.
     loop {
@@ -147,6 +156,7 @@ fn turn(cells: &mut Cells, id: usize) {
         | CellType::Wedge
         | CellType::PentagonalPrism
         | CellType::HexagonalPrism => vertices.rotate_left(vertices.len() / 2),
+        CellType::Empty => {}
         CellType::Polyhedron => unreachable!("turned above"),
     }
 }

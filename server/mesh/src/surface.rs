@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::adjacency::FaceSets;
-use crate::{Cells, Face};
+use crate::{CellType, Cells, Face};
 
 /// Triangles that cover what is seen of a grid from outside.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -21,8 +21,8 @@ pub fn surface(cells: &Cells) -> Surface {
     let exposed = faces.exposed(|_| {});
     let mut exposed = exposed.iter();
     let mut triangles = Vec::new();
-    for volumes in [true, false] {
-        for cell in cells.iter().filter(|cell| cell.kind.is_volume() == volumes) {
+    for wanted in [CellType::is_volume, CellType::is_surface] {
+        for cell in cells.iter().filter(|cell| wanted(cell.kind)) {
             for face in cell.faces() {
                 if exposed.next() == Some(&true) {
                     triangles.extend(fan(&face));

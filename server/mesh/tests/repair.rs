@@ -135,6 +135,7 @@ fn mirror(kind: CellType, vertices: &mut [u32]) {
         | CellType::Quad
         | CellType::PentagonalPrism
         | CellType::HexagonalPrism
+        | CellType::Empty
         | CellType::Polyhedron => panic!("not in these tests"),
     }
 }

@@ -225,6 +225,7 @@ pub(super) fn corners(kind: CellType) -> usize {
         CellType::Hexahedron => 8,
         CellType::PentagonalPrism => 10,
         CellType::HexagonalPrism => 12,
+        CellType::Empty => 0,
         CellType::Polygon | CellType::Polyhedron => {
             unreachable!("a polygon or polyhedron has a method of its own")
         }
@@ -233,6 +234,7 @@ pub(super) fn corners(kind: CellType) -> usize {
 
 fn dimension(kind: CellType) -> usize {
     match kind {
+        CellType::Empty => 0,
         CellType::Triangle | CellType::Polygon | CellType::Quad => 2,
         CellType::Tetrahedron
         | CellType::Hexahedron

@@ -6,7 +6,7 @@ use super::assembly::{Assembly, corners};
 
 /// What becomes of a VTK cell type.
 enum Role {
-    /// A point or an edge.
+    /// No cell, a point or an edge.
     Lesser,
     /// Its corners come first; more vertices than corners only where `curved`.
     Corners {
@@ -35,7 +35,7 @@ fn role(number: i64) -> Option<Role> {
     };
     let curved = |kind| Role::Corners { kind, curved: true };
     Some(match number {
-        1..=4 | 21 | 35 | 68 | 75 => Role::Lesser,
+        0..=4 | 21 | 35 | 68 | 75 => Role::Lesser,
         5 => flat(Triangle),
         6 => Role::TriangleStrip,
         7 => Role::Polygon,
