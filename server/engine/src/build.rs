@@ -87,6 +87,7 @@ impl World {
             points: rest.points.clone(),
             point_states: points.states,
             vertices: rest.vertices.clone(),
+            measures: Vec::new(),
             change: None,
         };
         Ok(World {

@@ -34,6 +34,17 @@ pub struct Layout {
     pub dominant: Vec<u32>,
 }
 
+/// How near a rule is to acting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The rule, by index in the scene.
+    pub rule: u32,
+    /// The greatest of all that it measured at this step, in its unit.
+    pub greatest: f64,
+    /// Where it acts.
+    pub threshold: f64,
+}
+
 /// The state at one step; never changes once made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
@@ -53,6 +64,8 @@ pub struct Frame {
     pub point_states: Vec<PointState>,
     /// Vertex positions, m.
     pub vertices: Vec<Vector3<f64>>,
+    /// What each rule measured at this step; without rules, and where a rule measured nothing, nothing.
+    pub measures: Vec<Measured>,
     /// What this step did to the mesh beside moving it; `None` in the ordinary case.
     pub change: Option<Arc<Change>>,
 }

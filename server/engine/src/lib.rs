@@ -13,7 +13,7 @@ mod world;
 
 pub use change::{Change, Event, EventKind, Patch, Seam, SeamKind};
 pub use explain::{Cluster, Explanation, Influence};
-pub use frame::{Frame, Layout, PointState};
+pub use frame::{Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use scene::{
     Bone, CellShape, ExternalPoints, Filter, Kernel, Lattice, Mapping, MassSpring, MeshSource,

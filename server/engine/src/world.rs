@@ -190,6 +190,7 @@ impl World {
         match reused {
             Some(mut frame) => {
                 frame.layout = Arc::clone(&self.layout);
+                frame.measures.clear();
                 frame.change = None;
                 frame.capture_time_seconds = last.capture_time_seconds;
                 frame.motion_sequence = last.motion_sequence;
@@ -197,6 +198,7 @@ impl World {
             }
             None => Frame {
                 layout: Arc::clone(&self.layout),
+                measures: Vec::new(),
                 change: None,
                 ..Frame::clone(last)
             },
@@ -234,6 +236,7 @@ impl World {
             points,
             point_states,
             vertices,
+            measures: _,
             change: _,
         } = &*self.frame;
         let Layout {

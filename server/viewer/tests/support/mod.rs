@@ -99,6 +99,7 @@ impl Bar {
             points: (0..POINTS).map(axis).map(move_one).collect(),
             point_states: vec![PointState::Valid; POINTS as usize],
             vertices: self.rest.iter().copied().map(move_one).collect(),
+            measures: Vec::new(),
             change: None,
         }
     }
