@@ -134,7 +134,8 @@ fn kernels_depend_on_nothing_that_waits_serves_or_shows() {
             continue;
         }
         for name in manifest["dependencies"].as_table().unwrap().keys() {
-            let binds_kernels = kernel == "sinew-engine" && name.starts_with("sinew-");
+            let binds_kernels =
+                matches!(kernel, "sinew-engine" | "sinew-tearing") && name.starts_with("sinew-");
             let allowed = outside.contains(&name.as_str())
                 || binds_kernels && !matches!(name.as_str(), "sinew-proto" | "sinew-viewer");
             assert!(allowed, "{kernel} depends on {name}");

@@ -11,7 +11,7 @@ mod rest;
 mod scene;
 mod world;
 
-pub use change::{Change, Event, EventKind, Patch, Seam, SeamKind};
+pub use change::{Change, Event, EventKind};
 pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
@@ -20,4 +20,5 @@ pub use scene::{
     Motion, MotionSample, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Scene, SceneError,
     UpAxis, Weighting,
 };
+pub use sinew_tearing::{Patch, Seam, SeamKind};
 pub use world::{RemapError, StepError, World};

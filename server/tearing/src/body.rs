@@ -1,0 +1,192 @@
+//! The body, and how requests are answered.
+
+use nalgebra::Vector3;
+use sinew_mesh::{Cells, Grid};
+use sinew_topology::{BuildError, BuildReport, Cell, Map, MeshCells, NonManifold, Volume, Walk};
+use thiserror::Error;
+
+use crate::commit::Batch;
+use crate::fractures::Fractures;
+use crate::fragments::Fragments;
+use crate::{Answer, Patch, Refusal, Request};
+
+/// Why a mesh cannot become a body.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BodyError {
+    /// It is no manifold of volumes.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// It is a surface.
+    #[error("the mesh is a surface, which has no inside to tear; fill it with volumes first")]
+    Surface,
+}
+
+/// What of a mesh was changed to make it a body.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BodyReport {
+    /// What the map's builder found. Where it split vertices, these are appended to the mesh's.
+    pub build: BuildReport,
+}
+
+/// A mesh that can come apart and grow together.
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub(crate) map: Map,
+    /// By vertex slot.
+    pub(crate) rest: Vec<Vector3<f64>>,
+    /// By cell slot; `None` where the cell is no more.
+    pub(crate) volumes: Vec<Option<Cell<Volume>>>,
+    /// The slot of each of the map's volumes.
+    pub(crate) slots: Vec<u32>,
+    pub(crate) fragments: Fragments,
+    pub(crate) fractures: Fractures,
+    /// Of each slot's cell.
+    pub(crate) hashes: Vec<u64>,
+    /// The sum of `hashes`.
+    pub(crate) hash: u64,
+    pub(crate) version: u64,
+    /// Scratch memory.
+    pub(crate) walk: Walk,
+}
+
+/// What came of a batch of requests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// One for each request.
+    pub answers: Vec<Answer>,
+    /// What all of them did to the cells; `None` where all were refused.
+    pub patch: Option<Patch>,
+}
+
+impl Body {
+    /// Makes a body of a checked mesh. Vertices and cells have the mesh's numbers as their slots.
+    ///
+    /// Where the mesh is no manifold, parts that touch without a face in common come apart, and vertices are appended for
+    /// that; cells that are inside out are turned. [`Body::cells`] and [`Body::rest`] have the result.
+    ///
+    /// # Errors
+    /// [`BodyError`] for a surface, and for cells that cannot be made sense of together.
+    pub fn new(mesh: Grid) -> Result<(Self, BodyReport), BodyError> {
+        let Grid {
+            positions: mut rest,
+            cells,
+        } = mesh;
+        let view = MeshCells {
+            vertices: rest.len(),
+            types: &cells.types,
+            connectivity: &cells.connectivity,
+            offsets: &cells.offsets,
+            faces: &cells.faces,
+            face_offsets: &cells.face_offsets,
+        };
+        let (map, build) = Map::build(&view, NonManifold::Split)?;
+        if map.dimension() == sinew_topology::Dimension::Two {
+            return Err(BodyError::Surface);
+        }
+        for &(_, parent) in &build.split_vertices {
+            rest.push(rest[parent as usize]);
+        }
+        let volumes: Vec<_> = map.cells().map(Some).collect();
+        let slots = (0..number(volumes.len())).collect();
+        let mut body = Self {
+            fragments: Fragments::new(&map),
+            fractures: Fractures::default(),
+            hashes: vec![0; volumes.len()],
+            hash: 0,
+            version: 0,
+            walk: Walk::default(),
+            map,
+            rest,
+            volumes,
+            slots,
+        };
+        let slots = body.all_slots();
+        body.take_hashes(&slots, &body.cells());
+        Ok((body, BodyReport { build }))
+    }
+
+    /// Answers requests in order, each wholly or not at all.
+    pub fn apply(&mut self, requests: &[Request]) -> Outcome {
+        let mut batch = Batch::new();
+        let answers = requests
+            .iter()
+            .map(|request| {
+                self.answer(request, &mut batch)
+                    .unwrap_or_else(Answer::Refused)
+            })
+            .collect();
+        let patch = batch.finish(self);
+        Outcome { answers, patch }
+    }
+
+    fn answer(&mut self, request: &Request, batch: &mut Batch) -> Result<Answer, Refusal> {
+        let done = match request {
+            Request::Open { facets } => self.open(facets, batch)?,
+            Request::Remove { cells } => self.remove(cells, batch)?,
+        };
+        Ok(Answer::Applied(done))
+    }
+
+    /// The map. Its vertices are the vertex slots; of its volumes, [`Body::slot`] tells the cell slot.
+    pub fn map(&self) -> &Map {
+        &self.map
+    }
+
+    /// Where each vertex is at rest, m, by slot.
+    pub fn rest(&self) -> &[Vector3<f64>] {
+        &self.rest
+    }
+
+    /// How many slots for cells there are, empty ones included.
+    pub fn slot_count(&self) -> usize {
+        self.volumes.len()
+    }
+
+    /// The volume in a slot, or `None` if there is none, or no more.
+    pub fn volume(&self, slot: u32) -> Option<Cell<Volume>> {
+        *self.volumes.get(slot as usize)?
+    }
+
+    /// The slot of a volume of the map.
+    pub fn slot(&self, volume: Cell<Volume>) -> u32 {
+        self.slots[volume.index()]
+    }
+
+    /// The fragment that a cell is part of, or `None` if there is no cell in the slot.
+    pub fn fragment(&self, slot: u32) -> Option<u32> {
+        self.volume(slot)?;
+        Some(self.fragments.of(slot))
+    }
+
+    /// How many cells each fragment has, by its number; 0 where it is no more.
+    pub fn fragment_sizes(&self) -> &[u32] {
+        self.fragments.sizes()
+    }
+
+    /// How many patches were made.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// All cells, by slot. Linear: whoever holds them already follows the patches instead.
+    pub fn cells(&self) -> Cells {
+        self.cells_in(&self.all_slots())
+    }
+
+    /// [`Cells::hash`] of all cells.
+    pub fn hash(&self) -> u64 {
+        self.hash
+    }
+
+    fn all_slots(&self) -> Vec<u32> {
+        (0..number(self.slot_count())).collect()
+    }
+
+    pub(crate) fn live(&self, slot: u32) -> Result<Cell<Volume>, Refusal> {
+        self.volume(slot).ok_or(Refusal::NoCell { cell: slot })
+    }
+}
+
+pub(crate) fn number(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than the map's darts")
+}
