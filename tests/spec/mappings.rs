@@ -1,6 +1,6 @@
 //! What a scene file can say about how points drive the mesh, and what comes of it.
 
-use sinew_proto::v1::{self, Mapping, Scene};
+use sinew_proto::v1::{self, Mapping, Scene, motion_rule::Kind};
 use sinew_tests::{TestServer, live, scenes, vertices};
 use tonic::Code;
 
@@ -78,6 +78,25 @@ fn every_rule_of_a_scene_file_reproduces_its_fields_and_no_more() {
             r#"{"rule": {"quadraticShapeMatching": {"beta": 0.5}}, "filter": {"keep": {"k": 14}}}"#,
         ),
         (3, r#"{"rule": {"radialBasis": {}}}"#),
+        (3, r#"{"rule": {"movingLeastSquares": {}}}"#),
+        (
+            2,
+            r#"{"rule": {"movingLeastSquares": {"fit": "MOVING_FIT_RIGID"}}}"#,
+        ),
+        (
+            2,
+            r#"{"rule": {"shapeMatching": {"weights": "FIT_WEIGHTS_CLUSTER_MEAN"}}}"#,
+        ),
+        (
+            3,
+            r#"{"rule": {"linearShapeMatching": {"weights": "FIT_WEIGHTS_CLUSTER_MEAN"}},
+                "reference": "REFERENCE_PREVIOUS"}"#,
+        ),
+        (
+            4,
+            r#"{"rule": {"quadraticShapeMatching": {"weights": "FIT_WEIGHTS_CLUSTER_MEAN"}},
+                "filter": {"keep": {"k": 14}}}"#,
+        ),
     ];
     live(async {
         let server = TestServer::start().await;
@@ -262,6 +281,26 @@ fn mappings_without_an_answer_are_refused_by_field_and_reason() {
         ] {
             refused(&server, scene(mapping), "MAPPING_REFUSED", "scene.mapping").await;
         }
+        let unknown = |kind| {
+            let mut scene = scene("{}");
+            scene.mapping.as_mut().unwrap().rule = Some(v1::MotionRule { kind: Some(kind) });
+            scene
+        };
+        let weights = Kind::ShapeMatching(v1::ShapeMatching { weights: 99 });
+        let field = "scene.mapping.rule.shape_matching.weights";
+        refused(&server, unknown(weights), "ENUM_UNKNOWN", field).await;
+        let fit = Kind::MovingLeastSquares(v1::MovingLeastSquares { fit: 99 });
+        let field = "scene.mapping.rule.moving_least_squares.fit";
+        refused(&server, unknown(fit), "ENUM_UNKNOWN", field).await;
+        let mut reference = scene("{}");
+        reference.mapping.as_mut().unwrap().reference = 99;
+        refused(
+            &server,
+            reference,
+            "ENUM_UNKNOWN",
+            "scene.mapping.reference",
+        )
+        .await;
         for (field, basis) in [
             (
                 "function",
@@ -278,12 +317,47 @@ fn mappings_without_an_answer_are_refused_by_field_and_reason() {
                 },
             ),
         ] {
-            let mut scene = scene("{}");
-            scene.mapping.as_mut().unwrap().rule = Some(v1::MotionRule {
-                kind: Some(v1::motion_rule::Kind::RadialBasis(basis)),
-            });
             let field = format!("scene.mapping.rule.radial_basis.{field}");
+            let scene = unknown(Kind::RadialBasis(basis));
             refused(&server, scene, "ENUM_UNKNOWN", &field).await;
         }
+    });
+}
+
+/// How far the mesh is from rest, m, where its points have turned once in four frames.
+async fn left_by_a_full_turn(server: &TestServer, reference: v1::Reference) -> f64 {
+    let mut scene = scene("{}");
+    scene.mapping.as_mut().unwrap().reference = reference.into();
+    let session = server.create("", scene).await;
+    let mut watcher = session.watch().await;
+    watcher.keyframe().await;
+    let rest = vertices(watcher.last());
+    let mut source = session.source().await;
+    for quarter in 1..=4 {
+        let (sin, cos) = (f64::from(quarter) * std::f64::consts::FRAC_PI_2).sin_cos();
+        let turn = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+        let now: Vec<_> = scenes::rest(POINTS).into_iter().map(turn).collect();
+        source.send(&now).await;
+    }
+    source.acked(4).await.unwrap();
+    session.step(4).await.unwrap();
+    let mut posed = Vec::new();
+    for _ in 0..4 {
+        posed = vertices(&watcher.frame().await);
+    }
+    let told = session.explain(0).await.unwrap();
+    assert_eq!(told.reference(), reference);
+    let coordinates = posed.as_flattened().iter().zip(rest.as_flattened());
+    coordinates
+        .map(|(x, x0)| (x - x0).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_weighted_mean_from_the_previous_frame_does_not_come_back_with_its_points() {
+    live(async {
+        let server = TestServer::start().await;
+        assert!(left_by_a_full_turn(&server, v1::Reference::Initial).await < 1e-12);
+        assert!(left_by_a_full_turn(&server, v1::Reference::Previous).await > 1e-2);
     });
 }

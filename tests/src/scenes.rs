@@ -77,7 +77,7 @@ fn external(points: usize) -> Motion {
 pub fn mapping(rule: Rule) -> Mapping {
     let kind = match rule {
         Rule::Mean => motion_rule::Kind::WeightedMean(WeightedMean {}),
-        Rule::Rigid => motion_rule::Kind::ShapeMatching(ShapeMatching {}),
+        Rule::Rigid => motion_rule::Kind::ShapeMatching(ShapeMatching::default()),
     };
     Mapping {
         rule: Some(MotionRule { kind: Some(kind) }),

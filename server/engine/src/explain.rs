@@ -2,7 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::{scene::Rule, world::World};
+use crate::{
+    scene::{Reference, Rule},
+    world::World,
+};
 
 /// Why a vertex is where it is. While the mesh blends, what is said of the mapping is of the one that it blends to.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +20,8 @@ pub struct Explanation {
     pub influences: Vec<Influence>,
     /// How the points move it.
     pub rule: Rule,
+    /// From where their motion is measured.
+    pub reference: Reference,
     /// The vertices that move with it, where the rule has clusters.
     pub cluster: Option<Cluster>,
     /// Steps taken when the mapping changed last; 0 for the scene's own.
@@ -44,7 +49,7 @@ pub struct Cluster {
 }
 
 impl World {
-    /// Why a vertex is where it is; `None` where there is no such vertex. O(k V) where the rule has clusters.
+    /// Why a vertex is where it is; `None` where there is no such vertex. O(V) where the rule has clusters.
     pub fn explain(&self, vertex: usize) -> Option<Explanation> {
         let position = *self.frame.vertices.get(vertex)?;
         let rest = self.rest.vertices[vertex];
@@ -54,7 +59,7 @@ impl World {
             rest_distance: (rest - self.rest.points[point as usize]).norm(),
         };
         let weights = self.bound.binding.weights(vertex);
-        let mut influences: Vec<_> = weights.map(influence).collect();
+        let mut influences: Vec<_> = weights.into_iter().map(influence).collect();
         // Stable: among equals the order of the binding, the nearest first.
         influences.sort_by(|a, b| b.weight.abs().total_cmp(&a.weight.abs()));
         Some(Explanation {
@@ -63,41 +68,17 @@ impl World {
             step: self.frame.step,
             influences,
             rule: self.bound.mapping.recipe.rule,
+            reference: self.bound.mapping.recipe.reference,
             cluster: self.cluster(vertex),
             changed_at_step: self.changed_at_step,
         })
     }
 
     fn cluster(&self, vertex: usize) -> Option<Cluster> {
-        if !has_clusters(self.bound.mapping.recipe.rule) {
-            return None;
-        }
-        let points_of = |vertex| self.bound.binding.weights(vertex).map(|(point, _)| point);
-        let mut own: Vec<u32> = points_of(vertex).collect();
-        own.sort_unstable();
-        let shares_all = |other: &usize| {
-            points_of(*other).all(|point| own.binary_search(&point).is_ok())
-                && points_of(*other).count() == own.len()
-        };
-        let mut same = (0..self.rest.vertices.len()).filter(shares_all);
-        let first_vertex = same.next()?;
+        let (first_vertex, vertices) = self.bound.binding.companions(vertex)?;
         Some(Cluster {
             first_vertex,
-            vertices: 1 + same.count(),
+            vertices,
         })
-    }
-}
-
-/// Whether vertices with the same points share one motion, whatever their weights. `[C1]`
-fn has_clusters(rule: Rule) -> bool {
-    match rule {
-        Rule::ShapeMatching
-        | Rule::LinearShapeMatching { .. }
-        | Rule::QuadraticShapeMatching { .. } => true,
-        Rule::Direct
-        | Rule::Mean
-        | Rule::WeightedMean
-        | Rule::Barycentric
-        | Rule::RadialBasis(_) => false,
     }
 }

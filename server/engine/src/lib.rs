@@ -16,9 +16,9 @@ pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use scene::{
-    Bone, CellShape, ExternalPoints, Filter, Kernel, Lattice, Mapping, MassSpring, MeshSource,
-    Motion, MotionSample, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Scene, SceneError,
-    UpAxis, Weighting,
+    Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MassSpring,
+    MeshSource, Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
+    Reference, Rule, Scene, SceneError, ShapeMatching, UpAxis, Weighting,
 };
 pub use sinew_tearing::{Patch, Seam, SeamKind};
 pub use world::{RemapError, StepError, World};

@@ -84,5 +84,8 @@ impl Bound {
             .chain(rotations.flat_map(|q| q.coords.iter()).map(|x| x.to_bits()))
             .collect();
         digest.words(&state);
+        for positions in self.binding.previous().iter().flatten() {
+            digest.vectors(positions);
+        }
     }
 }

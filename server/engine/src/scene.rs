@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 pub use sinew_mapping::{
-    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting,
+    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
+    Reference, Rule, ShapeMatching, Weighting,
 };
 use sinew_mesh::Grid;
 

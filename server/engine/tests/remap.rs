@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    ExternalPoints, Filter, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe, RemapError,
-    Rule, Scene, UpAxis, Weighting, World,
+    ExternalPoints, Filter, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe, Reference,
+    RemapError, Rule, Scene, UpAxis, Weighting, World,
 };
 use sinew_mesh::shapes;
 
@@ -27,6 +27,7 @@ fn mapping(label: &str) -> Mapping {
             weighting,
             filter: Filter::KeepK(2),
             rule: Rule::WeightedMean,
+            reference: Reference::Initial,
         },
         points: vec![label.to_owned()],
     }

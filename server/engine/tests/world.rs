@@ -3,8 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use sinew_engine::{
-    CellShape, ExternalPoints, Filter, Kernel, Lattice, Mapping, MassSpring, MeshSource, Motion,
-    MotionSample, PointState, Recipe, Rule, Scene, SceneError, StepError, UpAxis, Weighting, World,
+    CellShape, ExternalPoints, Filter, Fit, Kernel, Lattice, Mapping, MassSpring, MeshSource,
+    Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError, ShapeMatching,
+    StepError, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
 
@@ -34,6 +35,7 @@ fn mapping(rule: Rule) -> Mapping {
         weighting,
         filter: Filter::KeepK(4),
         rule,
+        reference: Reference::Initial,
     };
     Mapping {
         recipe,
@@ -108,7 +110,7 @@ proptest! {
         shape_matching in any::<bool>(),
     ) {
         let shift = Vector3::from(shift);
-        let rule = if shape_matching { Rule::ShapeMatching } else { Rule::WeightedMean };
+        let rule = if shape_matching { Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)) } else { Rule::WeightedMean };
         let mut world = build(cube(rule));
         let rest = world.frame();
         let moved = rest.points.iter().map(|p| p + shift).collect();
@@ -121,7 +123,7 @@ proptest! {
     #[test]
     fn a_rigid_motion_is_exact_under_shape_matching(angles in prop::array::uniform3(-3.0..3.0f64)) {
         let rotation = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
-        let mut world = build(cube(Rule::ShapeMatching));
+        let mut world = build(cube(Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid))));
         let rest = world.frame();
         let moved = rest.points.iter().map(|p| rotation * p).collect();
         let frame = world.step(Some(&sample(1, moved))).expect("a step");
@@ -133,7 +135,10 @@ proptest! {
 
 #[test]
 fn an_occluded_point_moves_no_vertex_whatever_its_numbers_say() {
-    for rule in [Rule::WeightedMean, Rule::ShapeMatching] {
+    for rule in [
+        Rule::WeightedMean,
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+    ] {
         let mut world = build(cube(rule));
         let rest = world.frame();
         for garbage in [0.0, f64::NAN, 1e300] {
@@ -197,7 +202,7 @@ fn the_digest_is_the_same_for_any_number_of_threads() {
     };
     for scene in [
         large(Rule::WeightedMean),
-        large(Rule::ShapeMatching),
+        large(Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid))),
         chain(),
     ] {
         let digests = [1, 2, 8].map(|threads| run(scene.clone(), threads));

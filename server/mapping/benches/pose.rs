@@ -8,7 +8,8 @@ use std::time::Instant;
 use criterion::{Criterion, Throughput};
 use nalgebra::{Rotation3, Vector3};
 use sinew_mapping::{
-    Binding, Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting, bind,
+    Binding, Filter, Fit, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Rule,
+    ShapeMatching, Weighting, bind,
 };
 
 const VERTICES: usize = 100_000;
@@ -41,11 +42,11 @@ fn recipe(rule: Rule) -> Recipe {
             Rule::Direct
             | Rule::Mean
             | Rule::WeightedMean
-            | Rule::ShapeMatching
-            | Rule::LinearShapeMatching { .. }
-            | Rule::QuadraticShapeMatching { .. } => Filter::KeepK(KEPT),
+            | Rule::ShapeMatching(_)
+            | Rule::MovingLeastSquares(_) => Filter::KeepK(KEPT),
         },
         rule,
+        reference: Reference::Initial,
     }
 }
 
@@ -113,11 +114,17 @@ const RULES: [(&str, Rule); 9] = [
     ("mean", Rule::Mean),
     ("weighted mean", Rule::WeightedMean),
     ("barycentric", Rule::Barycentric),
-    ("shape, rigid", Rule::ShapeMatching),
-    ("shape, linear", Rule::LinearShapeMatching { beta: 1.0 }),
+    (
+        "shape, rigid",
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+    ),
+    (
+        "shape, linear",
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+    ),
     (
         "shape, quadratic",
-        Rule::QuadraticShapeMatching { beta: 1.0 },
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 })),
     ),
     ("rbf, cubic", interpolation(RadialFunction::Cubic)),
     ("rbf, Gaussian", interpolation(RadialFunction::Gaussian)),

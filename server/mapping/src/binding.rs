@@ -1,12 +1,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::clusters::cluster;
+use crate::compile::{Compiler, Operator, Previous};
 use crate::distance::{nearest, scaled, spacing};
 use crate::filter::filter;
-use crate::linear::Linear;
-use crate::shape::{Fit, Shape};
-use crate::weights::{Weights, alike, nearest_alone, normalise};
-use crate::{MappingError, RadialBasis, Recipe, Rule, Weighting, barycentric, rbf};
+use crate::{Fit, MappingError, RadialBasis, Recipe, Reference, Rule, ShapeMatching, Weighting};
 
 /// The most pairs of vertex and point that a binding holds: 1.6 GB of them.
 pub const MAX_INFLUENCES: usize = 1 << 27;
@@ -21,16 +18,9 @@ const LARGEST_COEFFICIENT: f64 = 1e30;
 #[derive(Clone, Debug)]
 pub struct Binding {
     points: usize,
-    weights: Weights,
     dominant: Vec<u32>,
     operator: Operator,
-}
-
-/// What the pipeline compiles to.
-#[derive(Clone, Debug)]
-enum Operator {
-    Linear(Linear),
-    Shape(Shape),
+    previous: Option<Previous>,
 }
 
 /// Binds vertices to points at rest.
@@ -78,36 +68,38 @@ pub fn bind(
         coefficients => scaled(distances, coefficients), // [W6]
     };
     let distances = filter(distances, recipe.filter)?; // [F1] to [F3]
-    let linear = || Operator::Linear(Linear::new(vertices, points));
-    let shape = |fit| Operator::Shape(Shape::new(vertices, points, cluster(&distances), fit)); // [C1]
-    let (operator, weights) = match recipe.rule {
-        Rule::Direct => (linear(), nearest_alone(&distances)), // [M5]
-        Rule::Mean => (linear(), alike(distances)),            // [M6]
-        Rule::WeightedMean => (linear(), normalise(distances, kernel, scale)), // [W4]
-        Rule::Barycentric => (
-            linear(),
-            barycentric::weights(vertices, points, &distances)?, // [M7]
-        ),
-        Rule::RadialBasis(basis) => {
-            let scale = resolve_scale(basis.scale, basis.function.reach(), points, &usable)?;
-            let weights = rbf::weights(vertices, points, &distances, &basis, scale)?; // [M10]
-            (linear(), weights)
-        }
-        Rule::ShapeMatching => (shape(Fit::Rigid), normalise(distances, kernel, scale)),
-        Rule::LinearShapeMatching { beta } => (
-            shape(Fit::Linear { beta }),
-            normalise(distances, kernel, scale),
-        ),
-        Rule::QuadraticShapeMatching { beta } => (
-            shape(Fit::Quadratic { beta }),
-            normalise(distances, kernel, scale),
-        ),
+    let reach = if let Rule::RadialBasis(basis) = recipe.rule {
+        resolve_scale(basis.scale, basis.function.reach(), points, &usable)?
+    } else {
+        scale
     };
+    let mut compiler = Compiler {
+        kernel,
+        scale,
+        rule: recipe.rule,
+        reach,
+        clusters: None,
+    };
+    let first_kept = distances
+        .points
+        .iter()
+        .step_by(distances.stride)
+        .copied()
+        .collect();
+    let kept = match recipe.reference {
+        Reference::Initial => None,
+        Reference::Previous => Some(distances.clone()),
+    };
+    let operator = compiler.compile(vertices, points, distances)?;
     Ok(Binding {
         points: points.len(),
-        dominant: weights.dominant(),
-        weights,
+        dominant: match &operator {
+            Operator::Linear(linear) => linear.weights.dominant(),
+            Operator::Shape(_) => first_kept,
+        },
         operator,
+        previous: kept
+            .and_then(|kept| Previous::new(compiler, &recipe.weighting, kept, vertices, points)),
     })
 }
 
@@ -115,10 +107,11 @@ impl Binding {
     /// Writes the position of every vertex, m, for these positions of the points, m. O(k V).
     ///
     /// The usable points must be finite; beyond 1e150 m the result may not be. Mutable because shape matching starts from
-    /// the last rotation.
+    /// the last rotation, and the previous frame of reference is the last pose.
     ///
     /// # Errors
-    /// [`MappingError::Length`] if there are not as many points or vertices as were bound; nothing is written then.
+    /// [`MappingError::Length`] if there are not as many points or vertices as were bound, and from the previous frame of
+    /// reference what leaves the rule without an answer there; nothing is written then.
     pub fn pose(
         &mut self,
         points: &[Vector3<f64>],
@@ -126,30 +119,64 @@ impl Binding {
     ) -> Result<(), MappingError> {
         check_length("points", points.len(), self.points)?;
         check_length("vertices", out.len(), self.dominant.len())?;
+        if let Some(previous) = &mut self.previous {
+            self.operator = previous.compile()?;
+        }
         match &mut self.operator {
-            Operator::Linear(linear) => linear.pose(&self.weights, points, out),
+            Operator::Linear(linear) => linear.pose(points, out),
             Operator::Shape(shape) => shape.pose(points, out),
+        }
+        if let Some(previous) = &mut self.previous {
+            previous.vertices.copy_from_slice(out);
+            previous.points.copy_from_slice(points);
         }
         Ok(())
     }
 
-    /// The point of greatest weight of each vertex, ties to the lower index.
+    /// The point of greatest weight of each vertex, ties to the lower index; of fits that share or turn, the first kept:
+    /// the nearest.
     #[must_use]
     pub fn dominant(&self) -> &[u32] {
         &self.dominant
     }
 
-    /// The points that act on a vertex with their weights, nearest point first; by index in an interpolation.
+    /// The points that act on a vertex with their weights, nearest point at rest first; by index where vertices share a
+    /// fit or an interpolation.
     ///
-    /// The weights sum to 1, but for an interpolation without a polynomial.
+    /// The weights sum to 1, but for an interpolation without a polynomial. In a fit they are what each point counts.
     ///
     /// # Panics
     /// If there is no such vertex.
-    pub fn weights(&self, vertex: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        self.weights.row(vertex)
+    #[must_use]
+    pub fn weights(&self, vertex: usize) -> Vec<(u32, f64)> {
+        match &self.operator {
+            Operator::Linear(linear) => linear.weights.row(vertex).collect(),
+            Operator::Shape(shape) => shape.row(vertex).collect(),
+        }
     }
 
-    /// The last rotation of each cluster: all of the past that the next pose depends on. Empty without shape matching.
+    /// The vertices that share the motion of this one: the first of them, and how many there are. `None` where the rule
+    /// has no clusters. O(V).
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    #[must_use]
+    pub fn companions(&self, vertex: usize) -> Option<(usize, usize)> {
+        match &self.operator {
+            Operator::Linear(_) => None,
+            Operator::Shape(shape) => shape.companions(vertex),
+        }
+    }
+
+    /// Vertices and points of the last pose, m, where that is the frame of reference of the next.
+    #[must_use]
+    pub fn previous(&self) -> Option<[&[Vector3<f64>]; 2]> {
+        let previous = self.previous.as_ref()?;
+        Some([&previous.vertices, &previous.points])
+    }
+
+    /// The last rotation of each cluster: with [`Self::previous`] all of the past that the next pose depends on. Empty
+    /// without shape matching.
     #[must_use]
     pub fn rotations(&self) -> &[UnitQuaternion<f64>] {
         match &self.operator {
@@ -162,7 +189,7 @@ impl Binding {
     #[must_use]
     pub fn bytes(&self) -> usize {
         match &self.operator {
-            Operator::Linear(linear) => linear.bytes(&self.weights),
+            Operator::Linear(linear) => linear.bytes(),
             Operator::Shape(shape) => shape.bytes(),
         }
     }
@@ -204,11 +231,10 @@ fn check_coefficients(coefficients: &[f64], points: usize) -> Result<(), Mapping
 /// What can be wrong with a rule whatever the points.
 fn check_rule(rule: &Rule) -> Result<(), MappingError> {
     match *rule {
-        Rule::LinearShapeMatching { beta } | Rule::QuadraticShapeMatching { beta }
-            if !(0.0..=1.0).contains(&beta) =>
-        {
-            Err(MappingError::Beta { beta })
-        }
+        Rule::ShapeMatching(ShapeMatching {
+            fit: Fit::Linear { beta } | Fit::Quadratic { beta },
+            ..
+        }) if !(0.0..=1.0).contains(&beta) => Err(MappingError::Beta { beta }),
         Rule::RadialBasis(RadialBasis {
             function,
             polynomial: found,
@@ -222,9 +248,8 @@ fn check_rule(rule: &Rule) -> Result<(), MappingError> {
         | Rule::Mean
         | Rule::WeightedMean
         | Rule::Barycentric
-        | Rule::ShapeMatching
-        | Rule::LinearShapeMatching { .. }
-        | Rule::QuadraticShapeMatching { .. }
+        | Rule::ShapeMatching(_)
+        | Rule::MovingLeastSquares(_)
         | Rule::RadialBasis(_) => Ok(()),
     }
 }

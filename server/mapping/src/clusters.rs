@@ -1,6 +1,7 @@
 use rayon::prelude::*;
 
 use crate::distance::Distances;
+use crate::weights::Weights;
 
 /// Vertices that keep the same set of points share a cluster. `[C1]`
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +47,57 @@ pub(crate) fn cluster(distances: &Distances) -> Clusters {
 }
 
 impl Clusters {
+    /// A cluster for each row of weights. `[M15]`
+    pub(crate) fn of_rows(weights: &Weights) -> (Self, Vec<f64>) {
+        let mut clusters = Self {
+            of_vertex: Vec::new(),
+            first: vec![0],
+            members: Vec::with_capacity(weights.points.len()),
+        };
+        let mut shares = Vec::with_capacity(weights.points.len());
+        for (cluster, vertex) in (0..).zip(0..weights.points.len() / weights.stride) {
+            for (point, share) in weights.row(vertex) {
+                clusters.members.push(point);
+                shares.push(share);
+            }
+            clusters.of_vertex.push(cluster);
+            clusters.first.push(clusters.members.len());
+        }
+        (clusters, shares)
+    }
+
     /// The points of each cluster.
     pub(crate) fn sets(&self) -> impl Iterator<Item = &[u32]> {
-        self.first
-            .windows(2)
-            .map(|ends| &self.members[ends[0]..ends[1]])
+        self.columns(&self.members)
+    }
+
+    /// What a column with one entry per member holds for each cluster.
+    pub(crate) fn columns<'a, T>(&self, column: &'a [T]) -> impl Iterator<Item = &'a [T]> {
+        (self.first.windows(2)).map(move |ends| &column[ends[0]..ends[1]])
+    }
+
+    /// The same share for each member of a cluster.
+    pub(crate) fn alike(&self) -> Vec<f64> {
+        let shares = |set: &[u32]| std::iter::repeat_n((set.len() as f64).recip(), set.len());
+        self.sets().flat_map(shares).collect()
+    }
+
+    /// The mean of the members' weights over the vertices of each cluster. `[M13]`
+    pub(crate) fn means(&self, weights: &Weights) -> Vec<f64> {
+        let mut shares = vec![0.0; self.members.len()];
+        for (vertex, &cluster) in self.of_vertex.iter().enumerate() {
+            let range = self.first[cluster as usize]..self.first[cluster as usize + 1];
+            let set = &self.members[range.clone()];
+            for (point, weight) in weights.row(vertex) {
+                let place = set.binary_search(&point);
+                shares[range.start + place.expect("a vertex keeps its cluster's points")] += weight;
+            }
+        }
+        for ends in self.first.windows(2) {
+            let shares = &mut shares[ends[0]..ends[1]];
+            let sum: f64 = shares.iter().sum();
+            shares.iter_mut().for_each(|share| *share /= sum);
+        }
+        shares
     }
 }

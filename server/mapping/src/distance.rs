@@ -24,6 +24,33 @@ impl Distances {
         let row = &self.squared[vertex * self.stride..(vertex + 1) * self.stride];
         row.partition_point(|&squared| squared < f64::INFINITY)
     }
+
+    /// The same points in the same order, at the distances that they have here; what is out of reach stays so.
+    /// `coefficients` as in [`scaled`], or none. `[M16]`
+    pub(crate) fn measured_at(
+        &self,
+        vertices: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+        coefficients: &[f64],
+    ) -> Self {
+        let mut squared = self.squared.clone();
+        let rows = (squared.par_chunks_exact_mut(self.stride))
+            .zip(self.points.par_chunks_exact(self.stride))
+            .zip(vertices);
+        rows.with_min_len(BLOCK).for_each(|((squared, set), x)| {
+            for (squared, &j) in squared.iter_mut().zip(set) {
+                if *squared < f64::INFINITY {
+                    let factor = coefficients.get(j as usize).map_or(1.0, |c| c * c);
+                    *squared = (factor * (x - points[j as usize]).norm_squared()).min(f64::MAX);
+                }
+            }
+        });
+        Self {
+            stride: self.stride,
+            points: self.points.clone(),
+            squared,
+        }
+    }
 }
 
 type Tree = ImmutableKdTree<f64, u32, 3, 32>;

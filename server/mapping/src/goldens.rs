@@ -1,13 +1,15 @@
 //! Single stages against the independent reference: see `tests/data/README.md`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use crate::clusters::cluster;
+use crate::clusters::{Clusters, cluster};
 use crate::distance::{Distances, nearest, scaled};
-use crate::{Filter, Kernel, MappingError, barycentric, filter, weights};
+use crate::shape::Shape;
+use crate::{Filter, Fit, Kernel, MappingError, barycentric, filter, weights};
 
 fn cases(text: &str) -> Vec<Value> {
     let golden: Value = serde_json::from_str(text).unwrap();
@@ -129,6 +131,47 @@ fn filters_and_clusters_agree_with_the_golden() {
     let expected: BTreeMap<String, Vec<u32>> =
         serde_json::from_value(clusters["out"]["clusters"].clone()).unwrap();
     assert_eq!(by_set, expected);
+}
+
+#[test]
+fn weighted_fits_agree_with_the_golden() {
+    let vectors = |value: &Value| -> Vec<Vector3<f64>> {
+        let rows: Vec<[f64; 3]> = serde_json::from_value(value.clone()).unwrap();
+        rows.into_iter().map(Vector3::from).collect()
+    };
+    let cases = cases(include_str!("../tests/data/C04_mappings.json"));
+    let weighted: Vec<&Value> = (cases.iter())
+        .filter(|case| case["in"]["w"].is_array())
+        .collect();
+    assert_eq!(weighted.len(), 3);
+    for case in weighted {
+        let (rest, now) = (vectors(&case["in"]["P0"]), vectors(&case["in"]["P1"]));
+        let vertices = vectors(&case["in"]["X"]);
+        let values: Vec<f64> = serde_json::from_value(case["in"]["w"].clone()).unwrap();
+        let sum: f64 = values.iter().sum();
+        let weights = weights::Weights {
+            stride: rest.len(),
+            points: (0..)
+                .take(rest.len())
+                .collect::<Vec<_>>()
+                .repeat(vertices.len()),
+            values: (values.iter().map(|w| w / sum).collect::<Vec<_>>()).repeat(vertices.len()),
+        };
+        let shared = Clusters {
+            of_vertex: vec![0; vertices.len()],
+            first: vec![0, rest.len()],
+            members: (0..).take(rest.len()).collect(),
+        };
+        let shares = shared.means(&weights);
+        for (clusters, shares) in [(shared, shares), Clusters::of_rows(&weights)] {
+            let mut shape = Shape::new(&vertices, &rest, Arc::new(clusters), shares, Fit::Rigid);
+            let mut posed = vec![Vector3::zeros(); vertices.len()];
+            shape.pose(&now, &mut posed);
+            for (x, expected) in posed.iter().zip(vectors(&case["out"]["X1"])) {
+                assert!((x - expected).amax() < 1e-12, "{x} {expected}");
+            }
+        }
+    }
 }
 
 #[test]

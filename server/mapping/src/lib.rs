@@ -8,15 +8,16 @@
 //! filter     which of them it keeps                            [F1] to [F3]
 //! clusters   which vertices keep the same points               [C1]
 //! weights    how strongly each kept point acts                 [W2] to [W5]
-//! operator   all of it compiled: a linear map [M1], [M5] to [M7], [M10], or one motion per cluster [M2] to [M4], [M8], [M9]
+//! operator   all of it compiled: a linear map [M1], [M5] to [M7], [M10], [M14], or one motion per cluster [M2] to [M4],
+//!            [M8], [M9], [M13], or per vertex [M15]
 //! ```
 //!
-//! Displacements are from the initial frame. SI units, world frame, double precision. Results have the same bits for
+//! Displacements are from the rest pose, or from the last one [M16]: then the operator is compiled each step. SI units, world frame, double precision. Results have the same bits for
 //! any number of threads.
 //!
 //! ```
 //! use nalgebra::Vector3;
-//! use sinew_mapping::{bind, Filter, Kernel, Recipe, Rule, Weighting};
+//! use sinew_mapping::{bind, Filter, Kernel, Recipe, Reference, Rule, Weighting};
 //!
 //! let points = [Vector3::zeros(), Vector3::new(2.0, 0.0, 0.0)];
 //! let vertices = [Vector3::new(1.0, 0.0, 0.0)];
@@ -24,6 +25,7 @@
 //!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None, coefficients: Vec::new() },
 //!     filter: Filter::KeepK(8),
 //!     rule: Rule::WeightedMean,
+//!     reference: Reference::Initial,
 //! };
 //! let mut binding = bind(&vertices, &points, &[true, true], &recipe)?;
 //!
@@ -40,12 +42,14 @@ mod barycentric;
 mod binding;
 mod blocks;
 mod clusters;
+mod compile;
 mod distance;
 mod error;
 mod filter;
 #[cfg(test)]
 mod goldens;
 mod linear;
+mod moving;
 mod quadratic;
 mod rbf;
 mod recipe;
@@ -57,5 +61,6 @@ pub use binding::{Binding, MAX_INFLUENCES, bind};
 pub use error::MappingError;
 pub use rbf::MAX_BASIS;
 pub use recipe::{
-    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting,
+    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
+    Reference, Rule, ShapeMatching, Weighting,
 };

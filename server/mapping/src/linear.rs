@@ -6,6 +6,7 @@ use crate::weights::Weights;
 /// The weighted mean of displacements from rest, `x = x⁰ + Σ w (p − p⁰)`. `[M1]`
 #[derive(Clone, Debug)]
 pub(crate) struct Linear {
+    pub(crate) weights: Weights,
     rest_vertices: Vec<Vector3<f64>>,
     rest_points: Vec<Vector3<f64>>,
     /// This step's, one per point: kept between steps for its memory only.
@@ -18,20 +19,20 @@ pub(crate) struct Linear {
 struct Displacement([f64; 4]);
 
 impl Linear {
-    pub(crate) fn new(vertices: &[Vector3<f64>], points: &[Vector3<f64>]) -> Self {
+    pub(crate) fn new(
+        vertices: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+        weights: Weights,
+    ) -> Self {
         Self {
+            weights,
             rest_vertices: vertices.to_vec(),
             rest_points: points.to_vec(),
             displacements: vec![Displacement([0.0; 4]); points.len()],
         }
     }
 
-    pub(crate) fn pose(
-        &mut self,
-        weights: &Weights,
-        points: &[Vector3<f64>],
-        out: &mut [Vector3<f64>],
-    ) {
+    pub(crate) fn pose(&mut self, points: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         for ((displacement, now), rest) in self
             .displacements
             .iter_mut()
@@ -41,8 +42,9 @@ impl Linear {
             let d = now - rest;
             *displacement = Displacement([d.x, d.y, d.z, 0.0]);
         }
-        let (rest, displacements, stride) =
-            (&self.rest_vertices, &self.displacements, weights.stride);
+        let (rest, displacements, weights) =
+            (&self.rest_vertices, &self.displacements, &self.weights);
+        let stride = weights.stride;
         for_each_block(out, |first, out| {
             let rows = first * stride..(first + out.len()) * stride;
             pose_block(
@@ -57,10 +59,10 @@ impl Linear {
     }
 
     /// Bytes that a pose reads and writes, each array once.
-    pub(crate) fn bytes(&self, weights: &Weights) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         2 * size_of_val(&*self.rest_vertices)
-            + size_of_val(&*weights.points)
-            + size_of_val(&*weights.values)
+            + size_of_val(&*self.weights.points)
+            + size_of_val(&*self.weights.values)
             + size_of_val(&*self.rest_points)
             + size_of_val(&*self.displacements)
     }

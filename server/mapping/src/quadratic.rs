@@ -26,7 +26,7 @@ pub(crate) struct Quadratic {
     per_size: f64,
     /// The mean of the quadratic terms.
     mean: SVector<f64, 6>,
-    /// The pseudo-inverse of the sum of `m mᵀ`, with m the monomials less their means.
+    /// The pseudo-inverse of the weighted sum of `m mᵀ`, with m the monomials less their means.
     inverse: SMatrix<f64, 9, 9>,
 }
 
@@ -38,24 +38,25 @@ pub(crate) struct Fitted {
 }
 
 impl Quadratic {
-    pub(crate) fn new(arms: &[Vector3<f64>]) -> Self {
-        let count = arms.len().max(1) as f64;
-        let spread: f64 = arms.iter().map(Vector3::norm_squared).sum();
-        let size = (spread / count).sqrt();
+    /// Of arms with shares that sum to 1.
+    pub(crate) fn new(arms: &[Vector3<f64>], shares: &[f64]) -> Self {
+        let arms = || arms.iter().zip(shares);
+        let spread: f64 = arms().map(|(arm, share)| share * arm.norm_squared()).sum();
+        let size = spread.sqrt();
         let mut quadratic = Self {
             per_size: if size.is_normal() { size.recip() } else { 1.0 },
             mean: SVector::zeros(),
             inverse: SMatrix::zeros(),
         };
         let terms = |arm: &Vector3<f64>| SVector::from(squares(&(arm * quadratic.per_size)));
-        quadratic.mean = arms.iter().map(terms).sum::<SVector<f64, 6>>() / count;
+        quadratic.mean = arms().map(|(arm, share)| terms(arm) * *share).sum();
         let mut spread = SMatrix::<f64, 9, 9>::zeros();
-        for arm in arms {
+        for (arm, share) in arms() {
             let monomials = quadratic.monomials(arm);
-            spread += monomials * monomials.transpose();
+            spread += monomials * monomials.transpose() * *share;
         }
         // Each monomial in units of its own spread, or flat shapes would seem to have none across.
-        let unit = |value: f64| value.sqrt().max(FAINT * count.sqrt());
+        let unit = |value: f64| value.sqrt().max(FAINT);
         let units = SVector::<f64, 9>::from_fn(|i, _| unit(spread[(i, i)]));
         let outer = units * units.transpose();
         let eigen = spread.component_div(&outer).symmetric_eigen();
@@ -76,15 +77,15 @@ impl Quadratic {
         SVector::from_fn(|i, _| if i < 3 { arm[i] } else { squares[i - 3] })
     }
 
-    /// Fits what `linear` leaves of pairs of arms at rest and now. `[M9]`
+    /// Fits what `linear` leaves of arms at rest and now, each pair with its share. `[M9]`
     pub(crate) fn fit<'a>(
         &self,
         linear: &Matrix3<f64>,
-        arms: impl Iterator<Item = (&'a Vector3<f64>, Vector3<f64>)>,
+        arms: impl Iterator<Item = ((&'a f64, &'a Vector3<f64>), Vector3<f64>)>,
     ) -> Fitted {
         let mut left = SMatrix::<f64, 3, 9>::zeros();
-        for (rest, now) in arms {
-            left += (now - linear * rest) * self.monomials(rest).transpose();
+        for ((share, rest), now) in arms {
+            left += (now - linear * rest) * *share * self.monomials(rest).transpose();
         }
         let map = left * self.inverse;
         let terms = map.fixed_columns::<6>(3);

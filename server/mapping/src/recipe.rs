@@ -7,6 +7,22 @@ pub struct Recipe {
     pub filter: Filter,
     /// How the kept points move the vertex.
     pub rule: Rule,
+    /// From where displacements and shapes are measured.
+    pub reference: Reference,
+}
+
+/// The frame of reference of a rule. `[M16]`
+///
+/// Which points a vertex keeps is decided at rest, once, in both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reference {
+    /// The rest pose: compiled once, and without drift.
+    #[default]
+    Initial,
+    /// The last pose: weights, fits and systems are made anew each step from where vertices and points were in the step
+    /// before. Errors add up from step to step. A rule whose weights do not depend on where anything is (direct, mean,
+    /// barycentric) gives the same as from the rest pose and costs no more.
+    Previous,
 }
 
 /// How strongly a point acts on a vertex.
@@ -69,20 +85,68 @@ pub enum Rule {
     WeightedMean,
     /// The affine map of the nearest four that span a volume, inside their tetrahedron and out of it. `[M7]`
     Barycentric,
-    /// The rigid motion that fits them best, all alike: their weights select but do not count. `[M2]` to `[M4]`
-    ShapeMatching,
-    /// The affine map that fits them best, all alike; where they leave a direction open, it turns rigidly. `[M8]`
-    LinearShapeMatching {
+    /// The motion that fits them best, one for all vertices that keep the same points. `[M2]` to `[M4]`
+    ShapeMatching(ShapeMatching),
+    /// The motion that fits them best with the weights of each vertex. `[M14]`, `[M15]`
+    MovingLeastSquares(MovingFit),
+    /// The interpolation of their displacements by radial basis functions. `[M10]`
+    RadialBasis(RadialBasis),
+}
+
+/// One motion per set of points. `[M2]` to `[M4]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeMatching {
+    /// Which motions there are to choose from.
+    pub fit: Fit,
+    /// How much each point counts.
+    pub weights: FitWeights,
+}
+
+impl ShapeMatching {
+    /// Every point counts alike.
+    #[must_use]
+    pub const fn alike(fit: Fit) -> Self {
+        Self {
+            fit,
+            weights: FitWeights::Alike,
+        }
+    }
+}
+
+/// Which map fits the points of a cluster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fit {
+    /// A rotation and a translation.
+    Rigid,
+    /// An affine map; where the points leave a direction open, it turns rigidly. `[M8]`
+    Linear {
         /// How much of the affine map counts beside the rigid motion: 0 (rigid) to 1.
         beta: f64,
     },
-    /// The quadratic map that fits them best, all alike, of least change from the affine one. `[M9]`
-    QuadraticShapeMatching {
+    /// The quadratic map of least change from the affine one. `[M9]`
+    Quadratic {
         /// How much of the quadratic map counts beside the rigid motion: 0 (rigid) to 1.
         beta: f64,
     },
-    /// The interpolation of their displacements by radial basis functions. `[M10]`
-    RadialBasis(RadialBasis),
+}
+
+/// How much the points of a cluster count in its fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FitWeights {
+    /// All alike: their weights select but do not count.
+    Alike,
+    /// By the mean of their weights over the cluster's vertices, in the misfit and in both centroids. `[M13]`
+    ClusterMean,
+}
+
+/// Which map fits the points around a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MovingFit {
+    /// An affine map. Seen from a fixed reference it is linear in the displacements: one row of weights per vertex,
+    /// as cheap as a weighted mean. In directions that the kept points do not span, displacements do not change. `[M14]`
+    Affine,
+    /// A rotation and a translation: one fit per vertex and step. `[M15]`
+    Rigid,
 }
 
 /// An interpolation by one radial function at each point and a polynomial. `[M10]`

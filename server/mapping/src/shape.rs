@@ -1,10 +1,12 @@
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use crate::blocks::for_each_block;
 use crate::clusters::Clusters;
 use crate::quadratic::{Bend, Quadratic};
-use crate::rotation;
+use crate::{Fit, rotation};
 
 /// Clusters per task; a fit costs about as much as posing a hundred vertices.
 const FITS: usize = 64;
@@ -16,12 +18,14 @@ const UNSEEN: f64 = 1e-9;
 /// quadratic `[M9]` map in place of R.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    clusters: Clusters,
+    clusters: Arc<Clusters>,
     /// x⁰ − c⁰ per vertex.
     offsets: Vec<Vector3<f64>>,
+    /// ω per member of each cluster; those of a cluster sum to 1.
+    shares: Vec<f64>,
     /// p⁰ − c⁰ per member of each cluster.
     arms: Vec<Vector3<f64>>,
-    /// Σ|p⁰ − c⁰|² per cluster.
+    /// Σ ω |p⁰ − c⁰|² per cluster.
     spreads: Vec<f64>,
     /// The last one per cluster. Where the points leave the rotation open, the next starts from it.
     rotations: Vec<UnitQuaternion<f64>>,
@@ -47,26 +51,18 @@ enum Mode {
     },
 }
 
-/// Which map fits the points of a cluster.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Fit {
-    Rigid,
-    Linear { beta: f64 },
-    Quadratic { beta: f64 },
-}
-
-/// How a cluster sees directions at rest. `[M8]`
+/// How points see directions at rest. `[M8]`
 #[derive(Clone, Debug)]
-struct Stretch {
-    /// The pseudo-inverse of Σ (p⁰ − c⁰)(p⁰ − c⁰)ᵀ.
-    inverse: Matrix3<f64>,
+pub(crate) struct Stretch {
+    /// The pseudo-inverse of Σ ω (p⁰ − c⁰)(p⁰ − c⁰)ᵀ.
+    pub(crate) inverse: Matrix3<f64>,
     /// The projection onto the directions in which the points do not spread.
     unseen: Matrix3<f64>,
 }
 
 impl Stretch {
-    fn new(arms: &[Vector3<f64>]) -> Self {
-        let spread: Matrix3<f64> = arms.iter().map(|arm| arm * arm.transpose()).sum();
+    /// Of `spread`, Σ ω (p⁰ − c⁰)(p⁰ − c⁰)ᵀ.
+    pub(crate) fn new(spread: Matrix3<f64>) -> Self {
         let eigen = spread.symmetric_eigen();
         let least = (UNSEEN * eigen.eigenvalues.max()).max(f64::MIN_POSITIVE);
         let (mut inverse, mut unseen) = (Matrix3::zeros(), Matrix3::zeros());
@@ -111,41 +107,52 @@ impl Motion {
 }
 
 impl Shape {
+    /// One motion per cluster, each of whose members has a share in it; the shares of a cluster sum to 1.
     pub(crate) fn new(
         vertices: &[Vector3<f64>],
         points: &[Vector3<f64>],
-        clusters: Clusters,
+        clusters: Arc<Clusters>,
+        shares: Vec<f64>,
         fit: Fit,
     ) -> Self {
+        let count = clusters.first.len() - 1;
         let mut arms = Vec::with_capacity(clusters.members.len());
-        let mut spreads = Vec::new();
-        let mut centroids = Vec::new();
-        for set in clusters.sets() {
-            let center = Center::of(set, points);
+        let (mut spreads, mut centroids) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for (set, shares) in clusters.sets().zip(clusters.columns(&shares)) {
+            let center = Center::of(set, shares, points);
             let start = arms.len();
             arms.extend(set.iter().map(|&j| center.arm(&points[j as usize])));
-            spreads.push(arms[start..].iter().map(Vector3::norm_squared).sum());
+            let sizes = arms[start..].iter().map(Vector3::norm_squared);
+            spreads.push(
+                shares
+                    .iter()
+                    .zip(sizes)
+                    .map(|(share, size)| share * size)
+                    .sum(),
+            );
             centroids.push(center.centroid());
         }
-        let arms_of = |cluster: usize| &arms[clusters.first[cluster]..clusters.first[cluster + 1]];
-        let stretches = || {
-            (0..centroids.len())
-                .map(|c| Stretch::new(arms_of(c)))
-                .collect()
+        let of_clusters = || clusters.columns(&arms).zip(clusters.columns(&shares));
+        let stretch = |(arms, shares): (&[Vector3<f64>], &[f64])| {
+            let arms = arms.iter().zip(shares);
+            Stretch::new(
+                arms.map(|(arm, share)| arm * arm.transpose() * *share)
+                    .sum(),
+            )
         };
         let mode = match fit {
             Fit::Rigid => Mode::Rigid,
             Fit::Linear { beta } => Mode::Linear {
                 beta,
-                stretches: stretches(),
+                stretches: of_clusters().map(stretch).collect(),
             },
             Fit::Quadratic { beta } => Mode::Quadratic {
                 beta,
-                stretches: stretches(),
-                quadratics: (0..centroids.len())
-                    .map(|c| Quadratic::new(arms_of(c)))
+                stretches: of_clusters().map(stretch).collect(),
+                quadratics: of_clusters()
+                    .map(|(arms, shares)| Quadratic::new(arms, shares))
                     .collect(),
-                bends: vec![Bend::default(); centroids.len()],
+                bends: vec![Bend::default(); count],
             },
         };
         let offset = |(x, &c): (&Vector3<f64>, &u32)| x - centroids[c as usize];
@@ -155,13 +162,31 @@ impl Shape {
                 .zip(&clusters.of_vertex)
                 .map(offset)
                 .collect(),
+            shares,
             arms,
             spreads,
-            rotations: vec![UnitQuaternion::identity(); centroids.len()],
-            motions: vec![Motion([[0.0; 4]; 4]); centroids.len()],
+            rotations: vec![UnitQuaternion::identity(); count],
+            motions: vec![Motion([[0.0; 4]; 4]); count],
             mode,
             clusters,
         }
+    }
+
+    /// The points of a vertex's cluster with their shares in its fit, by index.
+    pub(crate) fn row(&self, vertex: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let cluster = self.clusters.of_vertex[vertex] as usize;
+        let range = self.clusters.first[cluster]..self.clusters.first[cluster + 1];
+        let members = self.clusters.members[range.clone()].iter().copied();
+        members.zip(self.shares[range].iter().copied())
+    }
+
+    /// The vertices that move with this one: the first of them, and how many there are.
+    pub(crate) fn companions(&self, vertex: usize) -> Option<(usize, usize)> {
+        let own = self.clusters.of_vertex[vertex];
+        let of_vertex = self.clusters.of_vertex.iter().enumerate();
+        let mut same = of_vertex.filter(|(_, cluster)| **cluster == own);
+        let (first, _) = same.next()?;
+        Some((first, 1 + same.count()))
     }
 
     pub(crate) fn rotations(&self) -> &[UnitQuaternion<f64>] {
@@ -194,6 +219,7 @@ impl Shape {
     fn fit(&mut self, points: &[Vector3<f64>]) {
         let Self {
             clusters,
+            shares,
             arms,
             spreads,
             rotations,
@@ -203,17 +229,22 @@ impl Shape {
         } = self;
         let set = |cluster: usize| {
             let range = clusters.first[cluster]..clusters.first[cluster + 1];
-            (&clusters.members[range.clone()], &arms[range])
+            (
+                &clusters.members[range.clone()],
+                &shares[range.clone()],
+                &arms[range],
+            )
         };
         let rigid = |cluster: usize, rotation: &mut UnitQuaternion<f64>| {
-            let (set, arms) = set(cluster);
-            let center = Center::of(set, points);
+            let (set, shares, arms) = set(cluster);
+            let center = Center::of(set, shares, points);
             let mut covariance = Matrix3::zeros(); // [M2]
             let mut spread = 0.0;
-            for (&j, rest) in set.iter().zip(arms) {
+            for ((&j, &share), rest) in set.iter().zip(shares).zip(arms) {
                 let now = center.arm(&points[j as usize]);
-                covariance += now * rest.transpose();
-                spread += now.norm_squared();
+                let weighted = now * share;
+                covariance += weighted * rest.transpose();
+                spread += weighted.dot(&now);
             }
             let size = spread.sqrt() * spreads[cluster].sqrt();
             *rotation = rotation::fit(&covariance, size, rotation);
@@ -243,9 +274,10 @@ impl Shape {
                 for_each_cluster(all, |cluster, (rotation, motion, bend)| {
                     let (center, covariance, r) = rigid(cluster, rotation);
                     let linear = stretches[cluster].fit(&covariance, &r);
-                    let (set, arms) = set(cluster);
+                    let (set, shares, arms) = set(cluster);
                     let now = set.iter().map(|&j| center.arm(&points[j as usize]));
-                    let fitted = quadratics[cluster].fit(&linear, arms.iter().zip(now));
+                    let pairs = shares.iter().zip(arms).zip(now);
+                    let fitted = quadratics[cluster].fit(&linear, pairs);
                     let linear = blend(&r, &(linear + fitted.linear), *beta);
                     *motion = Motion::new(&linear, center.centroid() + fitted.shift * *beta);
                     *bend = fitted.bend.scaled(*beta);
@@ -270,6 +302,7 @@ impl Shape {
             + size_of_val(&*self.clusters.of_vertex)
             + size_of_val(&*self.clusters.first)
             + size_of_val(&*self.clusters.members)
+            + size_of_val(&*self.shares)
             + size_of_val(&*self.arms)
             + size_of_val(&*self.spreads)
             + 2 * size_of_val(&*self.rotations)
@@ -294,7 +327,7 @@ where
         .for_each(|(cluster, entries)| fit(cluster, entries));
 }
 
-/// The centroid of a set of points, as a point of the set and the mean of the others' offsets from it.
+/// The weighted centroid of a set of points, as a point of the set and the mean of the others' offsets from it.
 ///
 /// Differences of near positions are exact, so a set far from the origin loses nothing, and the arms of coincident
 /// points are exactly zero.
@@ -304,13 +337,17 @@ struct Center {
 }
 
 impl Center {
-    fn of(set: &[u32], points: &[Vector3<f64>]) -> Self {
+    /// Of points with shares that sum to 1.
+    fn of(set: &[u32], shares: &[f64], points: &[Vector3<f64>]) -> Self {
         let at = |j: &u32| points[*j as usize];
         let base = set.first().map_or_else(Vector3::zeros, at);
-        let sum: Vector3<f64> = set.iter().map(|j| at(j) - base).sum();
+        let offsets = set
+            .iter()
+            .zip(shares)
+            .map(|(j, &share)| (at(j) - base) * share);
         Self {
             base,
-            mean: sum / set.len().max(1) as f64,
+            mean: offsets.sum(),
         }
     }
 

@@ -16,6 +16,10 @@ pub(crate) struct Weights {
     pub(crate) values: Vec<f64>,
 }
 
+/// How little a point may count in a fit beside another: enough for three points of which two count so little to turn
+/// a fit as exactly as positions in single precision are known.
+const LEAST: f64 = 1e-6;
+
 /// Turns distances into weights that sum to 1, with `scale` > 0 in m.
 pub(crate) fn normalise(distances: Distances, kernel: Kernel, scale: f64) -> Weights {
     let Distances {
@@ -38,6 +42,26 @@ pub(crate) fn normalise(distances: Distances, kernel: Kernel, scale: f64) -> Wei
         points,
         values,
     }
+}
+
+/// As [`normalise`], with no weight below [`LEAST`] of the greatest of its row: far from all points but one, the others
+/// still say how a fit turns. `[M13]`
+pub(crate) fn for_fits(distances: Distances, kernel: Kernel, scale: f64) -> Weights {
+    let rows = distances.points.len() / distances.stride;
+    let counts: Vec<usize> = (0..rows).map(|row| distances.in_reach(row)).collect();
+    let mut weights = normalise(distances, kernel, scale);
+    let rows = weights.values.par_chunks_exact_mut(weights.stride);
+    rows.with_min_len(BLOCK)
+        .zip(counts)
+        .for_each(|(row, count)| {
+            let row = &mut row[..count];
+            let least = LEAST * row.iter().copied().fold(0.0, f64::max);
+            row.iter_mut()
+                .for_each(|weight| *weight = weight.max(least));
+            let sum: f64 = row.iter().sum();
+            row.iter_mut().for_each(|weight| *weight /= sum);
+        });
+    weights
 }
 
 /// All of the weight on the nearest point. `[M5]`

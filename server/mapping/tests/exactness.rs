@@ -4,7 +4,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_mapping::{
-    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting, bind,
+    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
+    Reference, Rule, ShapeMatching, Weighting, bind,
 };
 
 type Field = fn(&Vector3<f64>) -> Vector3<f64>;
@@ -43,12 +44,34 @@ fn rules() -> Vec<(Rule, usize)> {
         (Rule::Mean, 1),
         (Rule::WeightedMean, 1),
         (Rule::Barycentric, 3),
-        (Rule::ShapeMatching, 2),
-        (Rule::LinearShapeMatching { beta: 1.0 }, 3),
-        (Rule::LinearShapeMatching { beta: 0.5 }, 2),
-        (Rule::QuadraticShapeMatching { beta: 1.0 }, 4),
-        (Rule::QuadraticShapeMatching { beta: 0.5 }, 2),
+        (Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)), 2),
+        (Rule::MovingLeastSquares(MovingFit::Affine), 3),
+        (Rule::MovingLeastSquares(MovingFit::Rigid), 2),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+            3,
+        ),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 0.5 })),
+            2,
+        ),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 })),
+            4,
+        ),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 0.5 })),
+            2,
+        ),
     ];
+    for (fit, exact) in [
+        (Fit::Rigid, 2),
+        (Fit::Linear { beta: 1.0 }, 3),
+        (Fit::Quadratic { beta: 1.0 }, 4),
+    ] {
+        let weights = FitWeights::ClusterMean;
+        rules.push((Rule::ShapeMatching(ShapeMatching { fit, weights }), exact));
+    }
     for function in FUNCTIONS {
         for (polynomial, exact) in [
             (Polynomial::None, 0),
@@ -77,6 +100,7 @@ fn recipe(rule: Rule) -> Recipe {
         },
         filter: Filter::KeepK(usize::MAX),
         rule,
+        reference: Reference::Initial,
     }
 }
 
@@ -206,10 +230,10 @@ fn the_share_of_the_map_runs_from_the_rigid_motion_to_all_of_it() {
         binding.pose(&now, &mut posed).unwrap();
         posed
     };
-    let rigid = pose(Rule::ShapeMatching);
+    let rigid = pose(Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)));
     let rules: [fn(f64) -> Rule; 2] = [
-        |beta| Rule::LinearShapeMatching { beta },
-        |beta| Rule::QuadraticShapeMatching { beta },
+        |beta| Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta })),
+        |beta| Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta })),
     ];
     for rule in rules {
         let (none, part, all) = (pose(rule(0.0)), pose(rule(0.3)), pose(rule(1.0)));

@@ -5,8 +5,8 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use sinew_mapping::{
-    Binding, Filter, Kernel, MAX_BASIS, MappingError, Polynomial, RadialBasis, RadialFunction,
-    Recipe, Rule, Weighting, bind,
+    Binding, Filter, Fit, FitWeights, Kernel, MAX_BASIS, MappingError, MovingFit, Polynomial,
+    RadialBasis, RadialFunction, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
 };
 
 fn basis(function: RadialFunction, scale: Option<f64>) -> Rule {
@@ -17,15 +17,24 @@ fn basis(function: RadialFunction, scale: Option<f64>) -> Rule {
     })
 }
 
+fn weighted(fit: Fit) -> Rule {
+    let weights = FitWeights::ClusterMean;
+    Rule::ShapeMatching(ShapeMatching { fit, weights })
+}
+
 /// Every rule that needs no volume.
-fn rules() -> [Rule; 9] {
+fn rules() -> [Rule; 13] {
     [
         Rule::Direct,
         Rule::Mean,
         Rule::WeightedMean,
-        Rule::ShapeMatching,
-        Rule::LinearShapeMatching { beta: 1.0 },
-        Rule::QuadraticShapeMatching { beta: 1.0 },
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 })),
+        weighted(Fit::Rigid),
+        weighted(Fit::Quadratic { beta: 1.0 }),
+        Rule::MovingLeastSquares(MovingFit::Affine),
+        Rule::MovingLeastSquares(MovingFit::Rigid),
         basis(RadialFunction::Cubic, None),
         basis(RadialFunction::Gaussian, None),
         basis(RadialFunction::Multiquadric, None),
@@ -45,6 +54,7 @@ fn bound(
         },
         filter: Filter::KeepK(usize::MAX),
         rule,
+        reference: Reference::Initial,
     };
     bind(vertices, points, &vec![true; points.len()], &recipe)
 }
@@ -116,9 +126,11 @@ fn points_in_a_plane_do_not_flatten_what_is_around_them() {
     let moved: Vec<_> = plane.iter().map(|p| turn * p).collect();
     let vertices = corners();
     for rule in [
-        Rule::ShapeMatching,
-        Rule::LinearShapeMatching { beta: 1.0 },
-        Rule::QuadraticShapeMatching { beta: 1.0 },
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 })),
+        weighted(Fit::Quadratic { beta: 1.0 }),
+        Rule::MovingLeastSquares(MovingFit::Rigid),
     ] {
         for (x, x0) in posed(rule, &vertices, &plane, &moved).iter().zip(&vertices) {
             assert!((x - turn * x0).norm() < 1e-9, "{rule:?}: {x}");
@@ -134,7 +146,7 @@ fn a_plane_along_the_axes_with_rounding_across_it_does_not_blow_up() {
     let bend = |p: &Vector3<f64>| p + Vector3::new(0.0, 0.0, 0.2 * p.x * p.y);
     let now: Vec<_> = rest.iter().map(bend).collect();
     let vertices = [Vector3::new(1.5, 1.5, 0.5), Vector3::new(0.5, 2.5, -0.5)];
-    let rule = Rule::QuadraticShapeMatching { beta: 1.0 };
+    let rule = Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 }));
     for x in posed(rule, &vertices, &rest, &now) {
         assert!(x.norm() < 10.0, "{x}");
     }
@@ -166,9 +178,17 @@ fn a_mirror_image_is_turned_by_the_rigid_rule_and_followed_by_the_affine_ones() 
     let now: Vec<_> = rest.iter().map(|p| mirror * p).collect();
     let axes = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
     for (rule, volume) in [
-        (Rule::ShapeMatching, 1.0),
-        (Rule::LinearShapeMatching { beta: 1.0 }, -1.0),
-        (Rule::QuadraticShapeMatching { beta: 1.0 }, -1.0),
+        (Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)), 1.0),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+            -1.0,
+        ),
+        (
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 1.0 })),
+            -1.0,
+        ),
+        (weighted(Fit::Rigid), 1.0),
+        (weighted(Fit::Linear { beta: 1.0 }), -1.0),
         (Rule::Barycentric, -1.0),
         (basis(RadialFunction::Cubic, None), -1.0),
     ] {
@@ -215,7 +235,9 @@ fn a_vertex_a_thousand_sizes_away_has_finite_weights_and_follows_affine_maps() {
     }
     for rule in [
         Rule::Barycentric,
-        Rule::LinearShapeMatching { beta: 1.0 },
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 1.0 })),
+        weighted(Fit::Linear { beta: 1.0 }),
+        Rule::MovingLeastSquares(MovingFit::Affine),
         basis(RadialFunction::Gaussian, None),
         basis(RadialFunction::Cubic, None),
     ] {
@@ -297,8 +319,8 @@ fn more_points_than_an_interpolation_may_have_are_refused_and_shares_that_are_no
     assert_eq!(error, MappingError::ManyPoints { points });
     for beta in [-0.1, 1.1, f64::NAN] {
         for rule in [
-            Rule::LinearShapeMatching { beta },
-            Rule::QuadraticShapeMatching { beta },
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta })),
+            Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta })),
         ] {
             let error = bound(rule, &corners(), &corners()).unwrap_err();
             assert!(matches!(error, MappingError::Beta { .. }), "{error}");
@@ -351,7 +373,7 @@ proptest! {
                 continue;
             };
             for (vertex, x) in vertices.iter().enumerate() {
-                let row: Vec<(u32, f64)> = binding.weights(vertex).collect();
+                let row: Vec<(u32, f64)> = binding.weights(vertex);
                 let size: f64 = row.iter().map(|(_, weight)| weight.abs()).sum();
                 let sum: f64 = row.iter().map(|(_, weight)| weight).sum();
                 prop_assert!((sum - 1.0).abs() < 1e-12 * size.max(1.0));

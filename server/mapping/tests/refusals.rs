@@ -1,7 +1,9 @@
 //! Bad input is refused with the place, the value and the remedy.
 
 use nalgebra::Vector3;
-use sinew_mapping::{Filter, Kernel, MappingError, Recipe, Rule, Weighting, bind};
+use sinew_mapping::{
+    Filter, Fit, Kernel, MappingError, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
+};
 
 fn recipe(scale: Option<f64>, k: usize) -> Recipe {
     Recipe {
@@ -12,6 +14,7 @@ fn recipe(scale: Option<f64>, k: usize) -> Recipe {
         },
         filter: Filter::KeepK(k),
         rule: Rule::WeightedMean,
+        reference: Reference::Initial,
     }
 }
 
@@ -146,7 +149,10 @@ fn slices_of_the_wrong_length_are_refused_and_nothing_is_written() {
 
 #[test]
 fn a_mesh_without_vertices_is_bound_and_posed() {
-    for rule in [Rule::WeightedMean, Rule::ShapeMatching] {
+    for rule in [
+        Rule::WeightedMean,
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+    ] {
         let recipe = Recipe {
             rule,
             ..recipe(None, 4)

@@ -2,7 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use sinew_mapping::{
-    Filter, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting, bind,
+    Filter, Fit, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
+    Rule, ShapeMatching, Weighting, bind,
 };
 
 fn scattered(n: usize) -> Vec<Vector3<f64>> {
@@ -20,16 +21,23 @@ fn bound_and_posed_bits_do_not_depend_on_the_number_of_threads() {
             polynomial: Polynomial::Linear,
         })
     };
-    for rule in [
+    let rules = [
         Rule::Direct,
         Rule::Mean,
         Rule::WeightedMean,
         Rule::Barycentric,
-        Rule::ShapeMatching,
-        Rule::LinearShapeMatching { beta: 0.9 },
-        Rule::QuadraticShapeMatching { beta: 0.9 },
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Rigid)),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Linear { beta: 0.9 })),
+        Rule::ShapeMatching(ShapeMatching::alike(Fit::Quadratic { beta: 0.9 })),
+        Rule::MovingLeastSquares(MovingFit::Affine),
+        Rule::MovingLeastSquares(MovingFit::Rigid),
         basis(RadialFunction::Cubic),
-    ] {
+    ];
+    let references = [Reference::Initial, Reference::Previous];
+    for (rule, reference) in rules
+        .into_iter()
+        .flat_map(|rule| references.map(|r| (rule, r)))
+    {
         let recipe = Recipe {
             weighting: Weighting::Distance {
                 kernel: Kernel::Gaussian,
@@ -38,6 +46,7 @@ fn bound_and_posed_bits_do_not_depend_on_the_number_of_threads() {
             },
             filter: Filter::KeepK(12),
             rule,
+            reference,
         };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()

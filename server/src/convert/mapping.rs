@@ -1,7 +1,8 @@
 //! How the points drive the mesh.
 
 use sinew_engine::{
-    Filter, Kernel, Mapping, Polynomial, RadialBasis, RadialFunction, Recipe, Rule, Weighting,
+    Filter, Fit, FitWeights, Kernel, Mapping, MovingFit, Polynomial, RadialBasis, RadialFunction,
+    Recipe, Reference, Rule, ShapeMatching, Weighting,
 };
 use sinew_proto::v1;
 
@@ -23,9 +24,19 @@ pub(crate) fn mapping(mapping: v1::Mapping) -> Result<Mapping> {
             weighting: weighting(mapping.weighting.and_then(|weighting| weighting.kind))?,
             filter: filter(mapping.filter.and_then(|filter| filter.kind), &rule),
             rule,
+            reference: reference(mapping.reference)?,
         },
         points: mapping.points,
     })
+}
+
+fn reference(number: i32) -> Result<Reference> {
+    Ok(
+        match known::<v1::Reference>(number, "scene.mapping.reference")? {
+            v1::Reference::Unspecified | v1::Reference::Initial => Reference::Initial,
+            v1::Reference::Previous => Reference::Previous,
+        },
+    )
 }
 
 fn weighting(kind: Option<v1::weighting::Kind>) -> Result<Weighting> {
@@ -56,9 +67,8 @@ fn filter(kind: Option<v1::filter::Kind>, rule: &Rule) -> Filter {
         Rule::Direct
         | Rule::Mean
         | Rule::WeightedMean
-        | Rule::ShapeMatching
-        | Rule::LinearShapeMatching { .. }
-        | Rule::QuadraticShapeMatching { .. } => DEFAULT_KEEP,
+        | Rule::ShapeMatching(_)
+        | Rule::MovingLeastSquares(_) => DEFAULT_KEEP,
     };
     let count = |k: u32| if k > 0 { k as usize } else { default };
     match kind {
@@ -82,14 +92,36 @@ fn rule(kind: v1::motion_rule::Kind) -> Result<Rule> {
         Kind::Mean(_) => Rule::Mean,
         Kind::WeightedMean(_) => Rule::WeightedMean,
         Kind::Barycentric(_) => Rule::Barycentric,
-        Kind::ShapeMatching(_) => Rule::ShapeMatching,
-        Kind::LinearShapeMatching(linear) => Rule::LinearShapeMatching {
-            beta: linear.beta.unwrap_or(1.0),
-        },
-        Kind::QuadraticShapeMatching(quadratic) => Rule::QuadraticShapeMatching {
-            beta: quadratic.beta.unwrap_or(1.0),
-        },
+        Kind::ShapeMatching(rigid) => shape_matching(Fit::Rigid, rigid.weights, "shape_matching")?,
+        Kind::LinearShapeMatching(linear) => {
+            let beta = linear.beta.unwrap_or(1.0);
+            let fit = Fit::Linear { beta };
+            shape_matching(fit, linear.weights, "linear_shape_matching")?
+        }
+        Kind::QuadraticShapeMatching(quadratic) => {
+            let beta = quadratic.beta.unwrap_or(1.0);
+            let fit = Fit::Quadratic { beta };
+            shape_matching(fit, quadratic.weights, "quadratic_shape_matching")?
+        }
         Kind::RadialBasis(basis) => Rule::RadialBasis(radial_basis(&basis)?),
+        Kind::MovingLeastSquares(moving) => Rule::MovingLeastSquares(moving_fit(moving.fit)?),
+    })
+}
+
+fn shape_matching(fit: Fit, weights: i32, rule: &str) -> Result<Rule> {
+    let field = format!("scene.mapping.rule.{rule}.weights");
+    let weights = match known::<v1::FitWeights>(weights, &field)? {
+        v1::FitWeights::Unspecified | v1::FitWeights::Alike => FitWeights::Alike,
+        v1::FitWeights::ClusterMean => FitWeights::ClusterMean,
+    };
+    Ok(Rule::ShapeMatching(ShapeMatching { fit, weights }))
+}
+
+fn moving_fit(number: i32) -> Result<MovingFit> {
+    let field = "scene.mapping.rule.moving_least_squares.fit";
+    Ok(match known::<v1::MovingFit>(number, field)? {
+        v1::MovingFit::Unspecified | v1::MovingFit::Affine => MovingFit::Affine,
+        v1::MovingFit::Rigid => MovingFit::Rigid,
     })
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use prost::Message as _;
-use sinew_engine::{Cluster, Explanation, Rule};
+use sinew_engine::{Cluster, Explanation, Fit, Reference, Rule, ShapeMatching};
 use sinew_proto::{FieldMask, v1};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -100,7 +100,7 @@ fn merged(
     update: v1::Mapping,
     mask: Option<&FieldMask>,
 ) -> Result<v1::Mapping, ServiceError> {
-    const FIELDS: [&str; 4] = ["weighting", "filter", "rule", "points"];
+    const FIELDS: [&str; 5] = ["weighting", "filter", "rule", "points", "reference"];
     let paths = mask.map_or(&[][..], |mask| &mask.paths);
     let unknown = paths
         .iter()
@@ -119,6 +119,7 @@ fn merged(
         filter,
         rule,
         points,
+        reference,
     } = update;
     let mut merged = base.clone();
     if replaced("weighting", weighting.is_some()) {
@@ -132,6 +133,9 @@ fn merged(
     }
     if replaced("points", !points.is_empty()) {
         merged.points = points;
+    }
+    if replaced("reference", reference != 0) {
+        merged.reference = reference;
     }
     Ok(merged)
 }
@@ -158,6 +162,7 @@ pub(super) fn explanation(
         step,
         influences,
         rule,
+        reference,
         cluster,
         changed_at_step,
     } = explanation;
@@ -185,6 +190,11 @@ pub(super) fn explanation(
         rule: name(rule).to_owned(),
         cluster,
         mapping_step: changed_at_step,
+        reference: match reference {
+            Reference::Initial => v1::Reference::Initial,
+            Reference::Previous => v1::Reference::Previous,
+        }
+        .into(),
     }
 }
 
@@ -195,9 +205,12 @@ fn name(rule: Rule) -> &'static str {
         Rule::Mean => "mean",
         Rule::WeightedMean => "weighted_mean",
         Rule::Barycentric => "barycentric",
-        Rule::ShapeMatching => "shape_matching",
-        Rule::LinearShapeMatching { .. } => "linear_shape_matching",
-        Rule::QuadraticShapeMatching { .. } => "quadratic_shape_matching",
+        Rule::ShapeMatching(ShapeMatching { fit, .. }) => match fit {
+            Fit::Rigid => "shape_matching",
+            Fit::Linear { .. } => "linear_shape_matching",
+            Fit::Quadratic { .. } => "quadratic_shape_matching",
+        },
+        Rule::MovingLeastSquares(_) => "moving_least_squares",
         Rule::RadialBasis(_) => "radial_basis",
     }
 }

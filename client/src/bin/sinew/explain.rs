@@ -1,6 +1,6 @@
 //! Why a vertex is where it is, in words.
 
-use sinew_proto::v1::{Cluster, Explanation, Vector3};
+use sinew_proto::v1::{Cluster, Explanation, Reference, Vector3};
 
 use crate::table::{Table, count};
 
@@ -15,7 +15,12 @@ pub(crate) fn explained(explanation: &Explanation) -> String {
         rule,
         cluster,
         mapping_step,
+        reference: _,
     } = explanation;
+    let from = match explanation.reference() {
+        Reference::Unspecified | Reference::Initial => "",
+        Reference::Previous => ", from the last pose",
+    };
     let mut table = Table::of_numbers();
     table.row(["point", "index", "weight", "rest distance"]);
     for point in points {
@@ -35,7 +40,7 @@ pub(crate) fn explained(explanation: &Explanation) -> String {
         format!(", in the cluster of vertex {first_vertex}, {vertices} vertices")
     });
     format!(
-        "vertex {vertex} is at {} m at step {}, at rest {} m\n{rule} since step {}{with}\n\n{table}",
+        "vertex {vertex} is at {} m at step {}, at rest {} m\n{rule}{from} since step {}{with}\n\n{table}",
         place(position.as_ref()),
         count(*step),
         place(rest_position.as_ref()),
@@ -78,6 +83,7 @@ mod tests {
                 vertex_count: 1064,
             }),
             mapping_step: 600,
+            reference: Reference::Initial.into(),
         };
         assert_eq!(
             explained(&explanation),
