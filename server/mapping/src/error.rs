@@ -133,6 +133,22 @@ pub enum MappingError {
         /// Greatest over least absolute eigenvalue.
         condition: f64,
     },
+    /// A neighbour that is no node.
+    #[error("an arc leads to node {node}, and there are {nodes} nodes: give the index of a node")]
+    Node {
+        /// The neighbour.
+        node: u32,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A cost of an arc that is none.
+    #[error("the cost of arc {arc} is {value}: give one from 0 to 1e100")]
+    Cost {
+        /// Which arc.
+        arc: usize,
+        /// Its cost.
+        value: f64,
+    },
     /// Weights beyond the numbers there are.
     #[error("the weights of vertex {vertex} overflow: use a greater scale, or bring it nearer")]
     Overflow {

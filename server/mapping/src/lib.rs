@@ -41,13 +41,16 @@
 mod barycentric;
 mod binding;
 mod blocks;
+mod buckets;
 mod clusters;
 mod compile;
 mod distance;
 mod error;
 mod filter;
+mod flood;
 #[cfg(test)]
 mod goldens;
+mod graph;
 mod linear;
 mod moving;
 mod quadratic;
@@ -59,6 +62,8 @@ mod weights;
 
 pub use binding::{Binding, MAX_INFLUENCES, bind};
 pub use error::MappingError;
+pub use flood::{Flood, Nearest, Root};
+pub use graph::{Graph, Rows};
 pub use rbf::MAX_BASIS;
 pub use recipe::{
     Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
