@@ -1,7 +1,7 @@
 //! Cutting volumes along a surface that the caller knows as the sides that vertices lie on.
 
 use crate::error::EditError;
-use crate::{Cell, Dart, Dimension, Edge, Edit, Face, Vertex, Volume};
+use crate::{Cell, Dart, Dimension, Edge, Edit, Face, Map, Vertex, Volume};
 
 /// Where a vertex lies of a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,9 +58,16 @@ impl Edit<'_> {
         let mut walk = std::mem::take(&mut self.map.walk);
         let known = volumes.iter().try_for_each(|&volume| {
             let first = self.alive(volume)?;
-            for &dart in walk.collect(self.map, 3, first) {
-                edges.push(self.map.edge(dart));
-                faces.push(self.map.face(dart));
+            let map = &*self.map;
+            for &dart in walk.collect(map, 3, first) {
+                faces.push((map.face(dart), dart));
+                // Once per edge of the volume.
+                if map.beta2(dart).is_none_or(|across| dart < across) {
+                    let ends = [map.vertex(dart), map.head(dart)].map(place);
+                    if let [Place::Below, Place::Above] | [Place::Above, Place::Below] = ends {
+                        edges.push(map.edge(dart));
+                    }
+                }
             }
             Ok(())
         });
@@ -69,12 +76,9 @@ impl Edit<'_> {
         edges.sort_unstable();
         edges.dedup();
         faces.sort_unstable();
-        faces.dedup();
+        faces.dedup_by_key(|(face, _)| *face);
         for edge in edges {
-            let ends = self.map.ends(edge).map(place);
-            if let [Place::Below, Place::Above] | [Place::Above, Place::Below] = ends {
-                cut.vertices.push(self.split_edge(edge)?);
-            }
+            cut.vertices.push(self.split_edge(edge)?);
         }
         let mut new = cut.vertices.clone();
         new.sort_unstable();
@@ -82,8 +86,8 @@ impl Edit<'_> {
             Ok(_) => Place::On,
             Err(_) => place(vertex),
         };
-        for face in faces {
-            if let Some((from, to)) = self.crossing(face, &place)? {
+        for (face, dart) in faces {
+            if let Some((from, to)) = self.crossing(face, dart, &place)? {
                 cut.edges.push(self.split_face(from, to)?);
             }
         }
@@ -95,40 +99,38 @@ impl Edit<'_> {
         Ok(cut)
     }
 
-    /// The darts that leave the two vertices where a cut crosses a face from one side to the other.
+    /// The darts that leave the two vertices where a cut crosses the face of `first` from one side to the other.
     fn crossing(
         &self,
         face: Cell<Face>,
+        first: Dart,
         place: &impl Fn(Cell<Vertex>) -> Place,
     ) -> Result<Option<(Dart, Dart)>, EditError> {
         let map = &*self.map;
-        let first = map.dart(face);
         let strictly = |dart: &Dart| place(map.vertex(*dart)) != Place::On;
         let Some(start) = map.ring(first).find(strictly) else {
             return Ok(None);
         };
         // Of each change of sides, the first and the last dart on the cut.
         let (mut side, mut on) = (place(map.vertex(start)), None);
-        let (mut crossings, mut is_along) = (Vec::new(), false);
+        let (mut crossings, mut ends, mut is_along) = (0, [first; 2], false);
         for dart in map.ring(start).skip(1).chain([start]) {
             match place(map.vertex(dart)) {
                 Place::On => on = Some((on.map_or(dart, |(first, _)| first), dart)),
                 here @ (Place::Below | Place::Above) => {
                     if let (true, Some((first, last))) = (here != side, on) {
-                        crossings.push(first);
+                        ends[crossings % 2] = first;
+                        crossings += 1;
                         is_along |= first != last;
                     }
                     (side, on) = (here, None);
                 }
             }
         }
-        match *crossings {
-            [] => Ok(None),
-            [from, to] if !is_along => Ok(Some((from, to))),
-            _ => Err(EditError::FaceCrossings {
-                face,
-                crossings: crossings.len(),
-            }),
+        match (crossings, ends) {
+            (0, _) => Ok(None),
+            (2, [from, to]) if !is_along => Ok(Some((from, to))),
+            _ => Err(EditError::FaceCrossings { face, crossings }),
         }
     }
 
@@ -140,42 +142,9 @@ impl Edit<'_> {
         cut: &mut Cut,
     ) -> Result<(), EditError> {
         let mut walk = std::mem::take(&mut self.map.walk);
-        let darts = walk.collect(self.map, 3, self.map.dart(volume)).to_vec();
+        let darts = walk.collect(self.map, 3, self.map.dart(volume));
+        let rings = borders(self.map, darts, place);
         self.map.walk = walk;
-        let map = &*self.map;
-        let is_below = |dart: Dart| {
-            let mut ring = map.ring(dart);
-            ring.any(|dart| place(map.vertex(dart)) == Place::Below)
-        };
-        let is_above = darts
-            .iter()
-            .any(|&dart| place(map.vertex(dart)) == Place::Above);
-        if !is_above {
-            return Ok(());
-        }
-        let is_border = |&dart: &Dart| {
-            is_below(dart) && map.beta2(dart).is_some_and(|across| !is_below(across))
-        };
-        let mut border: Vec<_> = darts.iter().copied().filter(is_border).collect();
-        border.sort_unstable();
-        let mut rings = Vec::new();
-        while let Some(&start) = border.first() {
-            let mut ring = Vec::new();
-            let mut at = start;
-            loop {
-                ring.push(at);
-                border.retain(|&dart| dart != at);
-                at = map.beta1(at);
-                // Around the vertex, through the faces below, to where these end.
-                while let Some(across) = map.beta2(at).filter(|&across| is_below(across)) {
-                    at = map.beta1(across);
-                }
-                if at == start {
-                    break;
-                }
-            }
-            rings.push(ring);
-        }
         for ring in rings {
             let split = self.split_volume(&ring)?;
             cut.faces.push(split.face);
@@ -183,4 +152,50 @@ impl Edit<'_> {
         }
         Ok(())
     }
+}
+
+/// The rings of darts of a volume, of faces below, beyond which faces are not below.
+fn borders(map: &Map, darts: &[Dart], place: &impl Fn(Cell<Vertex>) -> Place) -> Vec<Vec<Dart>> {
+    let is_below = |dart: Dart| {
+        let mut ring = map.ring(dart);
+        ring.any(|dart| place(map.vertex(dart)) == Place::Below)
+    };
+    let mut is_above = false;
+    let mut border = Vec::new();
+    for &dart in darts {
+        match place(map.vertex(dart)) {
+            Place::Below => {}
+            Place::Above => is_above = true,
+            // As faces are on one side, they change sides along edges that lie on the cut.
+            Place::On => {
+                let is_border = place(map.head(dart)) == Place::On
+                    && is_below(dart)
+                    && map.beta2(dart).is_some_and(|across| !is_below(across));
+                border.extend(is_border.then_some(dart));
+            }
+        }
+    }
+    let mut rings = Vec::new();
+    if !is_above {
+        return rings;
+    }
+    border.sort_unstable();
+    while let Some(&start) = border.first() {
+        let mut ring = Vec::new();
+        let mut at = start;
+        loop {
+            ring.push(at);
+            border.retain(|&dart| dart != at);
+            at = map.beta1(at);
+            // Around the vertex, through the faces below, to where these end.
+            while let Some(across) = map.beta2(at).filter(|&across| is_below(across)) {
+                at = map.beta1(across);
+            }
+            if at == start {
+                break;
+            }
+        }
+        rings.push(ring);
+    }
+    rings
 }

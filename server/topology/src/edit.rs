@@ -50,6 +50,7 @@ impl Map {
         &mut self,
         batch: impl FnOnce(&mut Edit<'_>) -> Result<T, E>,
     ) -> Result<(T, Changes), E> {
+        self.journal.fresh = self.dart_slot_count();
         let mut edit = Edit {
             map: self,
             changes: Changes::default(),
@@ -62,8 +63,7 @@ impl Map {
             finished: false,
         };
         let value = batch(&mut edit)?;
-        edit.settle_pending()?;
-        edit.check_closed()?;
+        edit.settle_whole()?;
         edit.finished = true;
         edit.changes.note(&edit.map.journal.writes);
         let changes = std::mem::take(&mut edit.changes);
@@ -108,7 +108,11 @@ impl Edit<'_> {
             headless: self.headless.clone(),
             has_borders: self.has_borders,
         };
-        part(self).inspect_err(|_| {
+        let rows = self.map.dart_slot_count();
+        let fresh = std::mem::replace(&mut self.map.journal.fresh, rows);
+        let done = part(self);
+        self.map.journal.fresh = fresh;
+        done.inspect_err(|_| {
             self.map.undo(mark.writes);
             self.changes.events.truncate(mark.events);
             self.changes.among.truncate(mark.among);
@@ -179,8 +183,7 @@ impl Edit<'_> {
 
     /// A new cell of `dimension` that comes from `parent`, with `dart` in it.
     pub(crate) fn bear(&mut self, dimension: usize, parent: Option<AnyCell>, dart: Dart) -> u32 {
-        let label = self.map.new_cell(dimension);
-        self.map.set_cell_dart(dimension, label, Some(dart));
+        let label = self.map.new_cell(dimension, dart);
         self.changes
             .born(AnyCell::of(dimension, label), parent, &[]);
         label
@@ -193,8 +196,7 @@ impl Edit<'_> {
         among: &[Cell<Vertex>],
         dart: Dart,
     ) -> Cell<Vertex> {
-        let label = self.map.new_cell(0);
-        self.map.set_cell_dart(0, label, Some(dart));
+        let label = self.map.new_cell(0, dart);
         self.changes.born(AnyCell::of(0, label), parent, among);
         Cell::new(label)
     }

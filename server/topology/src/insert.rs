@@ -16,26 +16,26 @@ pub struct VolumeSplit {
 }
 
 impl Map {
-    /// The darts of the edge of `first` in the direction of `first`, each with those that it is linked to: by β2, β3.
-    fn links_around(&self, first: Dart) -> (Vec<Dart>, Vec<(usize, Dart, Dart)>) {
-        let (mut all, mut links) = (vec![first], Vec::new());
-        // Directions alternate, and so do β2 and β3.
-        for start in [2, 3] {
-            let (mut at, mut beta, mut is_forward) = (first, start, true);
-            while let Some(next) = self.beta[beta - 1][at.index()] {
-                links.push(if is_forward {
-                    (beta, at, next)
-                } else {
-                    (beta, next, at)
-                });
-                if next == first {
-                    return (all, links);
-                }
-                all.push(next);
-                (at, beta, is_forward) = (next, 5 - beta, !is_forward);
+    /// The darts of the edge of `first`, in order around it: from `first` on by β2, β3, β2, …, and where that ends before
+    /// it returns, from `first` by β3, β2, …. Returns where these second ones start, if anywhere.
+    fn darts_around(&self, first: Dart, darts: &mut Vec<Dart>) -> Option<usize> {
+        darts.clear();
+        darts.push(first);
+        let (mut at, mut beta) = (first, 1);
+        while let Some(next) = self.beta[beta][at.index()] {
+            if next == first {
+                return None;
             }
+            darts.push(next);
+            (at, beta) = (next, 3 - beta);
         }
-        (all, links)
+        let second = darts.len();
+        (at, beta) = (first, 2);
+        while let Some(next) = self.beta[beta][at.index()] {
+            darts.push(next);
+            (at, beta) = (next, 3 - beta);
+        }
+        Some(second)
     }
 }
 
@@ -47,34 +47,62 @@ impl Edit<'_> {
     pub fn split_edge(&mut self, edge: Cell<Edge>) -> Result<Cell<Vertex>, EditError> {
         self.settle_pending()?;
         let first = self.alive(edge)?;
-        let (darts, links) = self.map.links_around(first);
-        self.room(darts.len())?;
+        let mut darts = std::mem::take(&mut self.scratch);
+        let second = self.map.darts_around(first, &mut darts);
+        let done = self.room(darts.len());
+        let done = done.map(|()| self.split_edge_of(edge, &darts, second));
+        self.scratch = darts;
+        done
+    }
+
+    /// `darts` and `second` are those of [`Map::darts_around`].
+    fn split_edge_of(
+        &mut self,
+        edge: Cell<Edge>,
+        darts: &[Dart],
+        second: Option<usize>,
+    ) -> Cell<Vertex> {
         let ends = self.map.ends(edge);
-        let halves: Vec<_> = darts.iter().map(|&dart| self.insert_after(dart)).collect();
+        let mut halves = std::mem::take(&mut self.queue);
+        halves.clear();
+        halves.extend(darts.iter().map(|&dart| self.insert_after(dart)));
         let vertex = self.bear_vertex(Some(AnyCell::Edge(edge)), &ends, halves[0]);
         let far = self.bear(1, Some(AnyCell::Edge(edge)), halves[0]);
-        for (&dart, &half) in darts.iter().zip(&halves) {
+        let is_closed = second.is_none();
+        let second = second.unwrap_or(darts.len());
+        for (at, (&dart, &half)) in darts.iter().zip(&halves).enumerate() {
+            // Directions alternate, from `first` on and from its opposite.
+            let is_forward = match at.checked_sub(second) {
+                None => at.is_multiple_of(2),
+                Some(at) => !at.is_multiple_of(2),
+            };
             self.map.set_label(VERTEX, half, vertex.label());
-            self.map
-                .set_label(SIDE, half, self.map.label[SIDE][dart.index()]);
-        }
-        self.map.set_label(EDGE, halves[0], far);
-        for (beta, forward, backward) in links {
-            let [ahead, behind] = [forward, backward].map(|dart| self.map.beta1(dart));
-            self.pair(beta, forward, behind);
-            self.pair(beta, ahead, backward);
-            for (dart, label) in [
-                (forward, edge.label()),
-                (behind, edge.label()),
-                (ahead, far),
-                (backward, far),
-            ] {
-                if self.map.label[EDGE][dart.index()] != label {
-                    self.map.set_label(EDGE, dart, label);
-                }
+            let side = self.map.label[SIDE][dart.index()];
+            self.map.set_label(SIDE, half, side);
+            if is_forward {
+                self.map.set_label(EDGE, half, far);
+            } else {
+                self.map.set_label(EDGE, half, edge.label());
+                self.map.set_label(EDGE, dart, far);
             }
         }
-        Ok(vertex)
+        // Whatever two darts were linked by, each is now by that with the other's half.
+        let mut link = |beta: usize, one: usize, other: usize| {
+            self.pair(beta, darts[one], halves[other]);
+            self.pair(beta, halves[one], darts[other]);
+        };
+        for at in 1..second {
+            link(2 + (at - 1) % 2, at - 1, at);
+        }
+        if is_closed {
+            link(3, second - 1, 0);
+        }
+        for at in second..darts.len() {
+            let before = if at == second { 0 } else { at - 1 };
+            link(3 - (at - second) % 2, before, at);
+        }
+        self.queue = halves;
+        vertex
     }
 
     /// A new dart right after `dart` in its ring.

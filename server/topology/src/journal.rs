@@ -47,6 +47,9 @@ const _: () = assert!(size_of::<Undo>() <= 12);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Journal {
     pub(crate) writes: Vec<Undo>,
+    /// Rows of darts from here on were added since the last point that may be gone back to: what is written there needs
+    /// no undoing.
+    pub(crate) fresh: usize,
 }
 
 impl Journal {
@@ -68,14 +71,18 @@ fn small(number: usize) -> u8 {
 impl Map {
     pub(crate) fn set_beta(&mut self, beta: usize, dart: Dart, to: Option<Dart>) {
         let was = std::mem::replace(&mut self.beta[beta - 1][dart.index()], to);
-        let of = small(beta);
-        self.journal.writes.push(Undo::Beta { of, dart, was });
+        if dart.index() < self.journal.fresh {
+            let of = small(beta);
+            self.journal.writes.push(Undo::Beta { of, dart, was });
+        }
     }
 
     pub(crate) fn set_label(&mut self, column: usize, dart: Dart, to: u32) {
         let was = std::mem::replace(&mut self.label[column][dart.index()], to);
-        let column = small(column);
-        self.journal.writes.push(Undo::Label { column, dart, was });
+        if dart.index() < self.journal.fresh {
+            let column = small(column);
+            self.journal.writes.push(Undo::Label { column, dart, was });
+        }
     }
 
     pub(crate) fn set_side_volume(&mut self, side: u32, to: u32) {
@@ -122,8 +129,9 @@ impl Map {
         self.journal.writes.push(Undo::FreedDart(dart));
     }
 
-    pub(crate) fn new_cell(&mut self, dimension: usize) -> u32 {
-        let (cell, reused) = self.slots[dimension].take();
+    /// A new cell with `dart` in it.
+    pub(crate) fn new_cell(&mut self, dimension: usize, dart: Dart) -> u32 {
+        let (cell, reused) = self.slots[dimension].take(dart);
         if dimension == 2 && !reused {
             self.side_volume.extend([NONE; 2]);
         }

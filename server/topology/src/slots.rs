@@ -49,18 +49,20 @@ impl Slots {
         self.generation.get(slot as usize).copied().unwrap_or(0)
     }
 
-    /// A slot for a new cell, and whether it had one before.
-    pub(crate) fn take(&mut self) -> (u32, bool) {
+    /// A slot for a new cell with `dart` in it, and whether it had one before.
+    pub(crate) fn take(&mut self, dart: Dart) -> (u32, bool) {
         if let Some(slot) = self.free.pop() {
+            self.dart[slot as usize] = Some(dart);
             return (slot, true);
         }
         let slot = u32::try_from(self.dart.len()).expect("no more cells than darts");
-        self.dart.push(None);
+        self.dart.push(Some(dart));
         (slot, false)
     }
 
     pub(crate) fn untake(&mut self, slot: u32, reused: bool) {
         if reused {
+            self.dart[slot as usize] = None;
             self.free.push(slot);
         } else {
             self.dart.pop();
