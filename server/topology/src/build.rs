@@ -1,15 +1,18 @@
 //! From meshes to maps.
 
-mod edges;
 mod faces;
-mod label;
+mod manifold;
+mod names;
+mod open_faces;
 mod orient;
 mod rings;
+mod surface;
+mod weave;
 
 use thiserror::Error;
 
 use crate::input::{InputError, MeshCells};
-use crate::{Cell, Dimension, Map, Vertex};
+use crate::{Cell, Map, Vertex};
 
 /// What to do with a mesh that is no manifold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -118,32 +121,10 @@ impl Map {
         otherwise: NonManifold,
     ) -> Result<(Self, BuildReport), BuildError> {
         let extent = mesh.check()?;
-        let dimension = if extent.is_surface {
-            Dimension::Two
-        } else {
-            Dimension::Three
-        };
-        let mut report = BuildReport::default();
-        let mut rings = rings::emit(mesh, extent, &[], &mut report)?;
-        let mut facing = find_partners(dimension, mesh.vertices, &rings);
-        if facing.pairs.iter().any(|pair| pair.is_mirrored) {
-            let turned = orient::turned(&facing.pairs, &rings, mesh.types.len())?;
-            report.rewound.clear();
-            report.turned = (0..)
-                .zip(&turned)
-                .filter(|(_, t)| **t)
-                .map(|(c, _)| c)
-                .collect();
-            rings = rings::emit(mesh, extent, &turned, &mut report)?;
-            facing = find_partners(dimension, mesh.vertices, &rings);
+        match extent.is_surface {
+            true => surface::build(mesh, extent, otherwise),
+            false => weave::build(mesh, extent, otherwise),
         }
-        report.split_faces = std::mem::take(&mut facing.crowded);
-        for cells in &mut report.split_faces {
-            cells
-                .iter_mut()
-                .for_each(|dart| *dart = rings.cell_of(*dart));
-        }
-        label::finish(mesh, dimension, rings, &facing.pairs, otherwise, report)
     }
 }
 
@@ -163,9 +144,10 @@ struct Partners {
     crowded: Vec<Vec<u32>>,
 }
 
-fn find_partners(dimension: Dimension, vertices: usize, rings: &rings::Rings) -> Partners {
-    match dimension {
-        Dimension::Two => edges::find(vertices, rings),
-        Dimension::Three => faces::find(vertices, rings),
+impl Partners {
+    /// The cells at each crowded face.
+    fn crowded_cells(&self, rings: &rings::Rings) -> Vec<Vec<u32>> {
+        let cells = |darts: &Vec<u32>| darts.iter().map(|&dart| rings.cell_of(dart)).collect();
+        self.crowded.iter().map(cells).collect()
     }
 }

@@ -58,17 +58,22 @@ pub(crate) struct Shape {
     pub(crate) rings: usize,
 }
 
-/// The darts of a cell of a fixed shape, numbered from 0 within the cell.
+/// The darts of a cell, numbered from 0 within the cell, ring by ring.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pattern {
     /// The corner that each dart leaves.
-    pub(crate) origin: Vec<u8>,
+    pub(crate) origin: Vec<u32>,
     /// β1.
-    pub(crate) next: Vec<u8>,
-    /// β2.
-    pub(crate) across: Vec<u8>,
+    pub(crate) next: Vec<u32>,
+    /// β2; empty in a surface.
+    pub(crate) across: Vec<u32>,
+    /// The edge of each dart, of those of the cell.
+    pub(crate) edge: Vec<u32>,
     /// Darts in each ring.
-    pub(crate) rings: Vec<u8>,
+    pub(crate) rings: Vec<u32>,
+    /// The first dart of each corner and edge.
+    pub(crate) first_of_corner: Vec<u32>,
+    pub(crate) first_of_edge: Vec<u32>,
 }
 
 impl Pattern {
@@ -119,26 +124,101 @@ impl Pattern {
     pub(crate) fn new(kind: u8, inside_out: bool) -> Self {
         let mut pattern = Self::default();
         for ring in Self::rings_of(kind) {
-            let first = pattern.origin.len();
-            let small = |number: usize| u8::try_from(number).expect("no more than 36 darts");
-            for at in 0..ring.len() {
-                let corner = if inside_out { ring.len() - 1 - at } else { at };
-                pattern.origin.push(ring[corner]);
-                pattern.next.push(small(first + (at + 1) % ring.len()));
-            }
-            pattern.rings.push(small(ring.len()));
+            pattern.push_ring(ring.iter().map(|&corner| u32::from(corner)), inside_out);
         }
-        let ends = |dart: usize| {
-            let next = usize::from(pattern.next[dart]);
-            [pattern.origin[dart], pattern.origin[next]]
-        };
-        for dart in 0..pattern.origin.len() {
-            let [from, to] = ends(dart);
-            let across = (0u8..).find(|&other| ends(usize::from(other)) == [to, from]);
-            pattern
-                .across
-                .push(across.expect("every pattern is closed"));
-        }
+        pattern.close();
+        let corners = pattern.origin.iter().max().map_or(0, |&corner| corner + 1);
+        pattern.first_of_corner = (0..corners)
+            .map(|corner| pattern.number(pattern.origin.iter().position(|&of| of == corner)))
+            .collect();
         pattern
+    }
+
+    pub(crate) fn clear(&mut self) {
+        let Self {
+            origin,
+            next,
+            across,
+            edge,
+            rings,
+            first_of_corner,
+            first_of_edge,
+        } = self;
+        let columns = [origin, next, across, edge, rings];
+        columns.into_iter().for_each(Vec::clear);
+        first_of_corner.clear();
+        first_of_edge.clear();
+    }
+
+    fn number(&self, dart: Option<usize>) -> u32 {
+        let number = dart.and_then(|dart| u32::try_from(dart).ok());
+        number.expect("fewer than Dart::MOST darts, and corners have darts")
+    }
+
+    /// Adds a ring of corners, or until [`Pattern::name_corners`] of whatever tells these apart.
+    pub(crate) fn push_ring(
+        &mut self,
+        corners: impl DoubleEndedIterator<Item = u32>,
+        inside_out: bool,
+    ) {
+        let first = self.origin.len();
+        if inside_out {
+            self.origin.extend(corners.rev());
+        } else {
+            self.origin.extend(corners);
+        }
+        let [first, end] = [first, self.origin.len()].map(|dart| self.number(Some(dart)));
+        self.next.extend(first + 1..end);
+        self.next.push(first);
+        self.rings.push(end - first);
+    }
+
+    /// Finds the edges of the closed surface that the rings make: each edge comes twice, once in each direction.
+    pub(crate) fn close(&mut self) {
+        let mut uses: Vec<_> = (0u32..)
+            .zip(self.origin.iter().zip(&self.next))
+            .map(|(dart, (&from, &next))| {
+                let to = self.origin[next as usize];
+                (from.min(to), from.max(to), dart)
+            })
+            .collect();
+        uses.sort_unstable();
+        self.across.resize(uses.len(), 0);
+        for pair in uses.chunks_exact(2) {
+            let [one, other] = [pair[0].2, pair[1].2];
+            self.across[one as usize] = other;
+            self.across[other as usize] = one;
+        }
+        for dart in 0..self.across.len() {
+            let across = self.across[dart] as usize;
+            let edge = match across < dart {
+                true => self.edge[across],
+                false => {
+                    self.first_of_edge.push(self.number(Some(dart)));
+                    self.number(Some(self.first_of_edge.len() - 1))
+                }
+            };
+            self.edge.push(edge);
+        }
+    }
+
+    /// Numbers the corners of a closed surface whose rings were pushed as vertices, which are put into `corners`. A vertex
+    /// where the surface touches itself is several corners.
+    pub(crate) fn name_corners(&mut self, corners: &mut Vec<u32>) {
+        let vertices = std::mem::take(&mut self.origin);
+        self.origin.resize(vertices.len(), u32::MAX);
+        for (dart, &vertex) in vertices.iter().enumerate() {
+            if self.origin[dart] != u32::MAX {
+                continue;
+            }
+            let corner = self.number(Some(corners.len()));
+            corners.push(vertex);
+            self.first_of_corner.push(self.number(Some(dart)));
+            let mut at = dart;
+            while self.origin[at] == u32::MAX {
+                self.origin[at] = corner;
+                at = self.next[self.across[at] as usize] as usize;
+            }
+        }
     }
 }

@@ -163,25 +163,20 @@ impl Map {
     fn corners(&self, pattern: &Pattern, dart: Dart) -> Option<Vec<u32>> {
         let count = pattern.origin.len();
         let mut found: Vec<Option<Dart>> = vec![None; count];
-        let corner_count = pattern
-            .origin
-            .iter()
-            .max()
-            .map_or(0, |&most| usize::from(most) + 1);
-        let mut corners = vec![None; corner_count];
+        let mut corners = vec![None; pattern.first_of_corner.len()];
         found[0] = Some(dart);
         let mut queue = vec![0];
         while let Some(at) = queue.pop() {
             let here = found[at]?;
             let vertex = self.vertex(here).label();
-            if *corners[usize::from(pattern.origin[at])].get_or_insert(vertex) != vertex {
+            if *corners[pattern.origin[at] as usize].get_or_insert(vertex) != vertex {
                 return None;
             }
             for (to, dart) in [
                 (pattern.next[at], Some(self.beta1(here))),
                 (pattern.across[at], self.beta2(here)),
             ] {
-                let to = usize::from(to);
+                let to = to as usize;
                 match found[to] {
                     None => {
                         found[to] = dart;

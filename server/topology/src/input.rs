@@ -129,20 +129,6 @@ impl<'a> MeshCells<'a> {
         })
     }
 
-    /// Darts and rings of a cell.
-    pub(crate) fn size_of(&self, cell: usize) -> (usize, usize) {
-        match Pattern::shape(self.types[cell]) {
-            Some(shape) if shape.is_surface => (self.vertices_of(cell).len(), 1),
-            Some(shape) if shape.rings > 0 => (shape.darts, shape.rings),
-            Some(_) | None => {
-                let start = self.face_offsets[cell] as usize;
-                let rings = self.faces[start] as usize;
-                let end = self.face_offsets[cell + 1] as usize;
-                (end - start - 1 - rings, rings)
-            }
-        }
-    }
-
     /// That the columns make sense together, so that nothing else has to look again.
     pub(crate) fn check(&self) -> Result<Extent, InputError> {
         let cells = self.types.len();

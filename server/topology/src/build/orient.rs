@@ -1,10 +1,25 @@
 //! Which cells to turn, so that neighbours wind alike.
 
 use super::rings::{Rings, number};
-use super::{BuildError, Pair};
+use super::{BuildError, BuildReport, Pair};
 
-/// Whether each cell is to be turned: in each component, the fewer.
-pub(super) fn turned(pairs: &[Pair], rings: &Rings, cells: usize) -> Result<Vec<bool>, BuildError> {
+/// Whether each cell is to be turned: in each component, the fewer. Empty if none is.
+pub(super) fn turned(
+    pairs: &[Pair],
+    rings: &Rings,
+    cells: usize,
+    report: &mut BuildReport,
+) -> Result<Vec<bool>, BuildError> {
+    if !pairs.iter().any(|pair| pair.is_mirrored) {
+        return Ok(Vec::new());
+    }
+    let turned = against_the_most(pairs, rings, cells)?;
+    let cells = (0..).zip(&turned).filter(|(_, turned)| **turned);
+    report.turned = cells.map(|(cell, _)| cell).collect();
+    Ok(turned)
+}
+
+fn against_the_most(pairs: &[Pair], rings: &Rings, cells: usize) -> Result<Vec<bool>, BuildError> {
     let mut owner = vec![0; rings.vertex.len()];
     for cell in 0..cells {
         let first = rings.starts[rings.cells[cell] as usize] as usize;

@@ -245,3 +245,48 @@ fn a_map_gives_back_the_mesh_that_it_was_built_of() {
         );
     }
 }
+
+#[test]
+fn two_pairs_of_cells_on_one_face_are_found_even_where_a_ring_of_cells_joins_them() {
+    // Cells 4 to 6 join cells 1 and 2, and cells 7 to 9 join 3 and 0, around each edge of the face.
+    let crowd = mesh(
+        7,
+        CellType::Tetrahedron,
+        &[
+            &[0, 1, 2, 3],
+            &[0, 1, 2, 4],
+            &[0, 1, 2, 5],
+            &[0, 1, 2, 6],
+            &[0, 1, 4, 5],
+            &[1, 2, 4, 5],
+            &[0, 2, 4, 5],
+            &[0, 1, 6, 3],
+            &[1, 2, 6, 3],
+            &[0, 2, 6, 3],
+        ],
+    );
+    let BuildError::NonManifold { faces, .. } = refusal(&crowd) else {
+        panic!("the crowd was not found");
+    };
+    assert_eq!(faces, [[0, 1, 2, 3]]);
+    let (map, report) = Map::build(&view(&crowd), NonManifold::Split).unwrap();
+    assert_eq!(map.violations(), []);
+    assert_eq!(report.split_faces, [[0, 1, 2, 3]]);
+}
+
+#[test]
+fn a_polyhedron_of_two_faces_meets_itself() {
+    let mut cells = Cells::default();
+    cells.push(Cell {
+        kind: CellType::Polyhedron,
+        vertices: &[0, 1, 2, 3],
+        face_stream: &[2, 4, 0, 1, 2, 3, 4, 3, 2, 1, 0],
+    });
+    let grid = Grid {
+        positions: vec![nalgebra::Vector3::zeros(); 4],
+        cells,
+    };
+    let map = map_of(&grid);
+    assert_eq!(map.violations(), []);
+    assert_eq!(census(&map), [4, 4, 1, 1].into());
+}
