@@ -4,9 +4,10 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 use prost::Message as _;
 
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     "sinew/v1/asset.proto",
     "sinew/v1/data.proto",
+    "sinew/v1/event.proto",
     "sinew/v1/mesh.proto",
     "sinew/v1/motion.proto",
     "sinew/v1/scene.proto",

@@ -18,7 +18,13 @@ impl Joiner {
         match message.item {
             None => Err(protocol("an item of a kind unknown here")),
             Some(Item::Chunk(chunk)) => self.join(chunk),
-            Some(item @ (Item::Keyframe(_) | Item::Frame(_) | Item::Goodbye(_))) => {
+            Some(
+                item @ (Item::Keyframe(_)
+                | Item::Frame(_)
+                | Item::Patch(_)
+                | Item::Events(_)
+                | Item::Goodbye(_)),
+            ) => {
                 if !self.parts.is_empty() {
                     return Err(protocol("an item between the chunks of another"));
                 }
@@ -45,7 +51,13 @@ impl Joiner {
             .map_err(|error| protocol(&format!("chunks that join to no item ({error})")))?;
         match message.item {
             None | Some(Item::Chunk(_)) => Err(protocol("chunks that join to no item")),
-            item @ Some(Item::Keyframe(_) | Item::Frame(_) | Item::Goodbye(_)) => Ok(item),
+            item @ Some(
+                Item::Keyframe(_)
+                | Item::Frame(_)
+                | Item::Patch(_)
+                | Item::Events(_)
+                | Item::Goodbye(_),
+            ) => Ok(item),
         }
     }
 }

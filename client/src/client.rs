@@ -10,7 +10,7 @@ use v1::{
     motion_service_client::MotionServiceClient, session_service_client::SessionServiceClient,
 };
 
-use crate::{ClientError, MotionStream, Subscription, grid, motion, upload};
+use crate::{ClientError, MotionStream, Subscription, Watch, grid, motion, upload};
 
 /// Largest message taken: a keyframe of 5 million f32 vertices. Greater items come as chunks.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
@@ -222,23 +222,76 @@ impl Client {
     /// Subscribes to a session's mesh and points.
     ///
     /// # Errors
-    /// `NOT_FOUND`, `INVALID_ARGUMENT`.
+    /// `NOT_FOUND`, `INVALID_ARGUMENT`, `OUT_OF_RANGE` where events after `after_event` are no longer kept.
     pub async fn subscribe(
         &self,
-        mut request: v1::SubscribeRequest,
+        request: v1::SubscribeRequest,
     ) -> Result<Subscription, ClientError> {
+        let request = with_message_size(request);
+        let (content, after) = (request.content(), request.after_event);
+        let items = self.meshes().subscribe(request).await?.into_inner();
+        Ok(Subscription::new(items, content, after))
+    }
+
+    /// Subscribes in the reader's control: [`Watch`] gives credit for each update when the next one is asked for, so
+    /// that the next is the newest, and asks for a keyframe where it needs one.
+    ///
+    /// # Errors
+    /// As [`Client::subscribe`].
+    pub async fn watch(
+        &self,
+        request: v1::SubscribeRequest,
+        mode: v1::WatchMode,
+    ) -> Result<Watch, ClientError> {
+        let request = with_message_size(request);
+        let (content, after) = (request.content(), request.after_event);
+        let (asks, requests) = Watch::requests(request, mode);
+        let items = self.meshes().watch(requests).await?.into_inner();
+        Ok(Watch::new(Subscription::new(items, content, after), asks))
+    }
+
+    /// Reads the whole mesh at the step last taken.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT`, `RESOURCE_EXHAUSTED` where it is larger than 64 MiB.
+    pub async fn keyframe(
+        &self,
+        mut request: v1::GetKeyframeRequest,
+    ) -> Result<v1::Keyframe, ClientError> {
         if request.max_message_bytes == 0 {
-            request.max_message_bytes =
-                u32::try_from(MAX_MESSAGE_BYTES).expect("64 MiB fits 32 bits");
+            request.max_message_bytes = max_message_bytes();
         }
-        let content = request.content();
-        let mut client = MeshServiceClient::new(self.channel.clone())
-            .max_decoding_message_size(MAX_MESSAGE_BYTES + (64 << 10));
-        let items = client.subscribe(request).await?.into_inner();
-        Ok(Subscription::new(items, content))
+        Ok(self.meshes().get_keyframe(request).await?.into_inner())
+    }
+
+    /// Reads one page of a session's events.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT`, `OUT_OF_RANGE` where events after `after_event` are no longer kept.
+    pub async fn list_events(
+        &self,
+        request: v1::ListEventsRequest,
+    ) -> Result<v1::ListEventsResponse, ClientError> {
+        Ok(self.meshes().list_events(request).await?.into_inner())
+    }
+
+    fn meshes(&self) -> MeshServiceClient<Channel> {
+        MeshServiceClient::new(self.channel.clone())
+            .max_decoding_message_size(MAX_MESSAGE_BYTES + (64 << 10))
     }
 
     fn sessions(&self) -> SessionServiceClient<Channel> {
         SessionServiceClient::new(self.channel.clone())
     }
+}
+
+fn with_message_size(mut request: v1::SubscribeRequest) -> v1::SubscribeRequest {
+    if request.max_message_bytes == 0 {
+        request.max_message_bytes = max_message_bytes();
+    }
+    request
+}
+
+fn max_message_bytes() -> u32 {
+    u32::try_from(MAX_MESSAGE_BYTES).expect("64 MiB fits 32 bits")
 }

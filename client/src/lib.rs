@@ -43,6 +43,9 @@
 //!             let vertices = grid::positions(frame.vertices.as_ref())?;
 //!             println!("step {}: vertex 0 at {}", frame.step, vertices[0]);
 //!         }
+//!         // The subscription's mirror has the mesh as it is now.
+//!         Update::Patch(patch) => println!("topology version {}", patch.to_version),
+//!         Update::Events(events) => println!("{} events", events.len()),
 //!         Update::Goodbye(_) => break,
 //!     }
 //! }
@@ -75,15 +78,19 @@ mod chunks;
 mod client;
 mod error;
 pub mod grid;
+mod mirror;
 mod motion;
 mod scene_file;
 mod subscription;
 mod upload;
 pub mod vtk;
+mod watch;
 
 pub use client::Client;
 pub use error::{ClientError, Refusal};
+pub use mirror::{Applied, MeshMirror};
 pub use motion::{MotionStream, motion_frame, paced, take_frames};
 pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax, load_mapping};
 pub use sinew_formats::take::Take;
 pub use subscription::{Counts, Subscription, Update};
+pub use watch::Watch;

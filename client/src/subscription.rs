@@ -1,12 +1,12 @@
 //! A session's mesh and points as they come.
 
 use sinew_proto::v1::{
-    Content, Frame, Goodbye, Keyframe, SubscribeResponse, UnstructuredGrid,
+    Content, Event, Frame, Goodbye, Keyframe, SubscribeResponse, TopologyPatch,
     subscribe_response::Item,
 };
 use tonic::Streaming;
 
-use crate::{ClientError, chunks::Joiner, grid};
+use crate::{Applied, ClientError, MeshMirror, chunks::Joiner};
 
 /// A subscription, made by [`crate::Client::subscribe`].
 #[derive(Debug)]
@@ -25,10 +25,26 @@ pub struct Subscription {
 pub enum Update {
     /// Everything: draw from this alone.
     Keyframe(Keyframe),
-    /// Positions that fit the last keyframe.
+    /// Positions that fit the mesh.
     Frame(Frame),
+    /// The mesh changes; its frame has positions unless another item follows at once.
+    Patch(TopologyPatch),
+    /// What happened, before the positions that show it.
+    Events(Vec<Event>),
     /// The last item.
     Goodbye(Goodbye),
+}
+
+/// What came of a message.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "as Update: one at a time, nearly always the larger"
+)]
+pub(crate) enum Received {
+    Update(Update),
+    /// Nothing to yield.
+    Passed,
+    End,
 }
 
 /// What a subscription has seen.
@@ -38,41 +54,70 @@ pub struct Counts {
     pub received: u64,
     /// Published frames that did not: gaps in the sequence, since the reader was slow.
     pub missed: u64,
-    /// Frames that arrived and do not fit the last keyframe; they are not yielded.
+    /// Frames and patches that arrived and do not fit the mesh; they are not yielded.
     pub unfit: u64,
 }
 
 impl Subscription {
-    pub(crate) fn new(items: Streaming<SubscribeResponse>, content: Content) -> Self {
+    pub(crate) fn new(
+        items: Streaming<SubscribeResponse>,
+        content: Content,
+        after_event: Option<u64>,
+    ) -> Self {
         Self {
             items,
             joiner: Joiner::default(),
-            ledger: Ledger::new(content),
+            ledger: Ledger::new(content, after_event),
         }
     }
 
     /// The next update; `None` after the Goodbye. Frames whose epoch, topology version, layout hash or vertex count
-    /// differ from the last keyframe's are counted and passed over: positions are never applied to another mesh.
+    /// differ from those of the mesh are counted and passed over: positions are never applied to another mesh.
     /// Cancel safe.
     ///
     /// # Errors
     /// [`ClientError::Refused`] where the session faults, [`ClientError::Lost`] where the connection breaks, and
-    /// [`ClientError::Protocol`] where a keyframe's cells do not have the hash that it claims, where positions do not
-    /// have the length that they claim, where the sequence goes back, or where the stream ends without a goodbye.
+    /// [`ClientError::Protocol`] where cells do not have the hash that they claim, where positions do not have the
+    /// length that they claim, where the sequence goes back or one of the events' has a gap, or where the stream ends
+    /// without a goodbye.
     pub async fn next(&mut self) -> Result<Option<Update>, ClientError> {
-        if self.ledger.ended {
-            return Ok(None);
-        }
         loop {
-            let Some(message) = self.items.message().await? else {
-                return Err(protocol("the stream of frames ended without a goodbye"));
-            };
-            if let Some(item) = self.joiner.push(message)?
-                && let Some(update) = self.ledger.admit(item)?
-            {
-                return Ok(Some(update));
+            match self.receive().await? {
+                Received::Update(update) => return Ok(Some(update)),
+                Received::Passed => {}
+                Received::End => return Ok(None),
             }
         }
+    }
+
+    /// The next message.
+    pub(crate) async fn receive(&mut self) -> Result<Received, ClientError> {
+        if self.ledger.ended {
+            return Ok(Received::End);
+        }
+        let Some(message) = self.items.message().await? else {
+            return Err(protocol("the stream of frames ended without a goodbye"));
+        };
+        let Some(item) = self.joiner.push(message)? else {
+            return Ok(Received::Passed);
+        };
+        let update = self.ledger.admit(item)?;
+        Ok(update.map_or(Received::Passed, Received::Update))
+    }
+
+    /// Items with positions since the last call.
+    pub(crate) fn take_used(&mut self) -> u32 {
+        std::mem::take(&mut self.ledger.used)
+    }
+
+    /// The mesh; it stays empty for readers of points or events alone.
+    pub fn mirror(&self) -> &MeshMirror {
+        &self.ledger.mirror
+    }
+
+    /// Sequence of the last event seen: where to go on after this stream. None before any is known of.
+    pub fn last_event(&self) -> Option<u64> {
+        self.ledger.last_event
     }
 
     /// What came so far.
@@ -81,41 +126,26 @@ impl Subscription {
     }
 }
 
-/// Which mesh positions belong to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Fit {
-    epoch: u64,
-    topology_version: u64,
-    layout_hash: u64,
-    vertex_count: u32,
-}
-
-impl Fit {
-    fn of(frame: &Frame) -> Self {
-        Self {
-            epoch: frame.epoch,
-            topology_version: frame.topology_version,
-            layout_hash: frame.layout_hash,
-            vertex_count: frame.vertex_count,
-        }
-    }
-}
-
 /// Decides what of a stream may be drawn.
 #[derive(Debug)]
 struct Ledger {
     content: Content,
-    keyframe: Option<Fit>,
+    mirror: MeshMirror,
+    last_event: Option<u64>,
+    /// Items with positions.
+    used: u32,
     sequence: Option<u64>,
     counts: Counts,
     ended: bool,
 }
 
 impl Ledger {
-    fn new(content: Content) -> Self {
+    fn new(content: Content, after_event: Option<u64>) -> Self {
         Self {
             content,
-            keyframe: None,
+            mirror: MeshMirror::default(),
+            last_event: after_event,
+            used: 0,
             sequence: None,
             counts: Counts::default(),
             ended: false,
@@ -123,36 +153,81 @@ impl Ledger {
     }
 
     fn admit(&mut self, item: Item) -> Result<Option<Update>, ClientError> {
-        match item {
+        self.used += u32::from(match &item {
+            Item::Keyframe(_) | Item::Frame(_) => true,
+            Item::Patch(patch) => {
+                let frame = patch.frame.as_ref();
+                frame.is_some_and(|frame| frame.vertices.is_some())
+            }
+            Item::Events(_) | Item::Goodbye(_) | Item::Chunk(_) => false,
+        });
+        let (applied, update) = match item {
             Item::Keyframe(keyframe) => {
                 let Some(frame) = &keyframe.frame else {
                     return Err(protocol("a keyframe without a frame"));
                 };
-                self.check_length(frame)?;
-                self.check_cells(keyframe.grid.as_ref(), frame)?;
                 self.count(frame.sequence)?;
-                self.keyframe = Some(Fit::of(frame));
-                Ok(Some(Update::Keyframe(keyframe)))
+                self.last_event.get_or_insert(frame.event_sequence);
+                let applied = match self.content {
+                    Content::Points => Applied::Mesh,
+                    Content::Unspecified | Content::Mesh | Content::MeshAndPoints => {
+                        self.mirror.keyframe(&keyframe)?
+                    }
+                };
+                (applied, Update::Keyframe(keyframe))
             }
             Item::Frame(frame) => {
-                self.check_length(&frame)?;
                 self.count(frame.sequence)?;
-                if self.keyframe == Some(Fit::of(&frame)) {
-                    Ok(Some(Update::Frame(frame)))
-                } else {
-                    self.counts.unfit += 1;
-                    Ok(None)
+                let applied = match self.content {
+                    Content::Points => Applied::Positions,
+                    Content::Unspecified | Content::Mesh | Content::MeshAndPoints => {
+                        self.mirror.frame(&frame)?
+                    }
+                };
+                (applied, Update::Frame(frame))
+            }
+            Item::Patch(patch) => {
+                let applied = self.mirror.patch(&patch)?;
+                if let Some(sequence) = self.mirror.shown() {
+                    self.count(sequence)?;
                 }
+                (applied, Update::Patch(patch))
+            }
+            Item::Events(events) => {
+                self.check_events(&events.events)?;
+                return Ok(Some(Update::Events(events.events)));
             }
             Item::Goodbye(goodbye) => {
                 self.ended = true;
                 if let Some(last) = self.sequence {
                     self.counts.missed += goodbye.last_sequence.saturating_sub(last);
                 }
-                Ok(Some(Update::Goodbye(goodbye)))
+                return Ok(Some(Update::Goodbye(goodbye)));
             }
-            Item::Chunk(_) => Err(protocol("a chunk that was not joined")),
+            Item::Chunk(_) => return Err(protocol("a chunk that was not joined")),
+        };
+        match applied {
+            Applied::Mesh | Applied::Positions => Ok(Some(update)),
+            // One that comes twice.
+            Applied::Stale => Ok(None),
+            Applied::Unfit => {
+                self.counts.unfit += 1;
+                Ok(None)
+            }
         }
+    }
+
+    /// Events are never dropped.
+    fn check_events(&mut self, events: &[Event]) -> Result<(), ClientError> {
+        for event in events {
+            if let Some(last) = self.last_event.replace(event.sequence)
+                && event.sequence != last + 1
+            {
+                let problem = format!("event {} came after event {last}", event.sequence);
+                return Err(protocol(&problem));
+            }
+        }
+        Ok(())
     }
 
     fn count(&mut self, sequence: u64) -> Result<(), ClientError> {
@@ -171,49 +246,6 @@ impl Ledger {
         self.counts.received += 1;
         Ok(())
     }
-
-    fn check_length(&self, frame: &Frame) -> Result<(), ClientError> {
-        if self.content == Content::Points {
-            return Ok(());
-        }
-        let numbers = frame.vertices.as_ref().map_or(0, |column| {
-            column.f32.len() / 4 + column.f64.len() / 8 + column.values.len()
-        });
-        if numbers == 3 * frame.vertex_count as usize {
-            Ok(())
-        } else {
-            Err(protocol(&format!(
-                "frame {} has {numbers} coordinates for {} vertices",
-                frame.sequence, frame.vertex_count
-            )))
-        }
-    }
-
-    fn check_cells(
-        &self,
-        cells: Option<&UnstructuredGrid>,
-        frame: &Frame,
-    ) -> Result<(), ClientError> {
-        if self.content == Content::Points {
-            return Ok(());
-        }
-        let cells = grid::cells(cells.unwrap_or(&UnstructuredGrid::default()))?;
-        if let Err(error) = cells.check(frame.vertex_count as usize) {
-            let sequence = frame.sequence;
-            return Err(protocol(&format!(
-                "the cells of keyframe {sequence} are none: {error}"
-            )));
-        }
-        let hash = cells.hash();
-        if hash == frame.layout_hash {
-            Ok(())
-        } else {
-            Err(protocol(&format!(
-                "the cells of keyframe {} have the hash {hash:016x}, not {:016x} as it says",
-                frame.sequence, frame.layout_hash
-            )))
-        }
-    }
 }
 
 fn protocol(what: &str) -> ClientError {
@@ -224,9 +256,10 @@ fn protocol(what: &str) -> ClientError {
 mod tests {
     use nalgebra::Vector3;
     use sinew_mesh::{Cells, Grid};
-    use sinew_proto::v1::{Precision, Reals};
+    use sinew_proto::v1::{Precision, Reals, UnstructuredGrid};
 
     use super::*;
+    use crate::grid;
 
     fn tetrahedron() -> Grid {
         Grid {
@@ -265,7 +298,7 @@ mod tests {
     }
 
     fn opened() -> Ledger {
-        let mut ledger = Ledger::new(Content::Mesh);
+        let mut ledger = Ledger::new(Content::Mesh, None);
         let update = ledger.admit(Item::Keyframe(keyframe(10))).unwrap();
         assert_eq!(update, Some(Update::Keyframe(keyframe(10))));
         ledger
@@ -281,6 +314,7 @@ mod tests {
             .admit(Item::Goodbye(Goodbye {
                 reason: 1,
                 last_sequence: 17,
+                last_event: 0,
             }))
             .unwrap();
         assert_eq!(
@@ -312,7 +346,7 @@ mod tests {
 
     #[test]
     fn a_frame_before_any_keyframe_is_never_yielded() {
-        let mut ledger = Ledger::new(Content::Mesh);
+        let mut ledger = Ledger::new(Content::Mesh, None);
         assert_eq!(ledger.admit(Item::Frame(frame(1))).unwrap(), None);
     }
 
@@ -320,7 +354,7 @@ mod tests {
     fn cells_that_do_not_have_their_hash_are_refused() {
         let mut wrong = keyframe(1);
         wrong.grid.as_mut().unwrap().cell_types = vec![9].into();
-        let error = Ledger::new(Content::Mesh)
+        let error = Ledger::new(Content::Mesh, None)
             .admit(Item::Keyframe(wrong))
             .unwrap_err();
         assert!(error.to_string().contains("hash"), "{error}");
@@ -344,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_reader_of_points_needs_no_cells() {
-        let mut ledger = Ledger::new(Content::Points);
+        let mut ledger = Ledger::new(Content::Points, None);
         let mut points = keyframe(1);
         points.grid = None;
         points.frame.as_mut().unwrap().vertices = None;

@@ -155,7 +155,9 @@ async fn follow(channel: &Channel, id: &str, last: u64) -> Result<(u64, Vec<f64>
         let frame = match response.item {
             Some(Item::Frame(frame)) => frame,
             Some(Item::Keyframe(keyframe)) => keyframe.frame.unwrap_or_default(),
-            Some(Item::Chunk(_)) | Some(Item::Goodbye(_)) | None => continue,
+            Some(Item::Patch(_) | Item::Events(_) | Item::Chunk(_) | Item::Goodbye(_)) | None => {
+                continue;
+            }
         };
         if let (Some(sequence), Some(timing)) = (frame.motion_sequence, frame.timing) {
             received += 1;

@@ -58,6 +58,18 @@ pub(crate) enum ServiceError {
         after: String,
         rule: &'static str,
     },
+    #[error("the stream's first item must be open; send it before any credit or resync")]
+    WatchOpenMissing,
+    #[error("an open came after the first item; open a new stream instead")]
+    WatchOpenRepeated,
+    #[error(
+        "the reader fell behind by more than a lossless stream keeps; watch again from the last event seen, or in mode latest"
+    )]
+    SubscriberTooSlow,
+    #[error(
+        "events after {after} are no longer kept; the oldest kept is {oldest}: ask for those after {}, or get a keyframe", .oldest - 1
+    )]
+    EventsTrimmed { after: u64, oldest: u64 },
     #[error("the server is shutting down; connect to another or try later")]
     ShuttingDown,
     #[error("the deadline passed; raise it or ask for less")]

@@ -1,17 +1,18 @@
-//! What a session gives out. State is latest-wins; every outlet is bounded; nobody who reads can slow
-//! a step.
+//! What a session gives out. State is latest-wins, facts are logs; every outlet is bounded; nobody who reads can slow a
+//! step.
 
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytes::Bytes;
 use nalgebra::Vector3;
 use sinew_engine::{Frame, Layout};
-use sinew_mesh::Cells;
-use sinew_proto::v1::{Indices, Precision, Reals, UnstructuredGrid};
+use sinew_proto::v1::{self, Precision, Reals, UnstructuredGrid};
 use tokio::sync::{broadcast, watch};
 
 use crate::{
     end::End,
+    facts::{self, EventLog, Trimmed, Turn, TurnLog},
+    pack,
     timing::{StepTiming, now_nanos},
 };
 
@@ -25,16 +26,19 @@ pub(crate) struct Published {
     pub(crate) frame: Arc<Frame>,
     pub(crate) sequence: u64,
     pub(crate) timing: StepTiming,
+    /// Sequence of the last event up to this step.
+    pub(crate) event_sequence: u64,
     vertices: [OnceLock<Reals>; 2],
     points: [OnceLock<Reals>; 2],
 }
 
 impl Published {
-    fn new(frame: Arc<Frame>, timing: StepTiming) -> Arc<Self> {
+    fn new(frame: Arc<Frame>, timing: StepTiming, event_sequence: u64) -> Arc<Self> {
         Arc::new(Self {
             sequence: frame.step + 1,
             frame,
             timing,
+            event_sequence,
             vertices: [OnceLock::new(), OnceLock::new()],
             points: [OnceLock::new(), OnceLock::new()],
         })
@@ -67,6 +71,12 @@ fn packed(cache: &[OnceLock<Reals>; 2], positions: &[Vector3<f64>], precision: P
         .clone()
 }
 
+#[derive(Default)]
+struct Facts {
+    events: EventLog,
+    turns: TurnLog,
+}
+
 /// A session's outlets.
 pub(crate) struct Outlets {
     latest: watch::Sender<Arc<Published>>,
@@ -74,6 +84,7 @@ pub(crate) struct Outlets {
     /// Why it will be over after the step under way, where someone decided so.
     ending: OnceLock<End>,
     end: watch::Sender<Option<End>>,
+    facts: Mutex<Facts>,
     /// The cells packed last, for keyframes.
     grid: Mutex<Option<(Arc<Layout>, UnstructuredGrid)>>,
 }
@@ -87,21 +98,62 @@ impl Outlets {
                 published: now,
                 ..StepTiming::default()
             },
+            0,
         );
         Self {
             latest: watch::Sender::new(first),
             recent: broadcast::Sender::new(LAG),
             ending: OnceLock::new(),
             end: watch::Sender::new(None),
+            facts: Mutex::default(),
             grid: Mutex::default(),
         }
     }
 
-    /// Gives out a step's frame. Never waits.
+    /// Gives out a step's facts and then its frame. Never waits.
     pub(crate) fn publish(&self, frame: Arc<Frame>, timing: StepTiming) {
-        let published = Published::new(frame, timing);
+        let event_sequence = self.record(&frame);
+        let published = Published::new(frame, timing, event_sequence);
         self.latest.send_replace(Arc::clone(&published));
         self.recent.send(published).ok(); // without subscribers nobody takes it
+    }
+
+    /// Logs a step's facts; the sequence of the last event.
+    fn record(&self, frame: &Frame) -> u64 {
+        let mut facts = self.facts();
+        if let Some(change) = &frame.change {
+            let Facts { events, turns } = &mut *facts;
+            events.push(frame, &change.events);
+            turns.push(frame, change, events.last());
+        }
+        facts.events.last()
+    }
+
+    fn facts(&self) -> MutexGuard<'_, Facts> {
+        self.facts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sequences of the oldest event kept and of the last one; 0 where there was none.
+    pub(crate) fn event_range(&self) -> (u64, u64) {
+        let facts = self.facts();
+        (facts.events.oldest(), facts.events.last())
+    }
+
+    /// The events after `after`: at most `most`, and no more once they have `bytes`.
+    pub(crate) fn events_after(
+        &self,
+        after: u64,
+        most: usize,
+        bytes: usize,
+    ) -> Result<Vec<v1::Event>, Trimmed> {
+        // Packed without the lock: a step may wait for it.
+        let steps = self.facts().events.after(after, most, bytes)?;
+        Ok(facts::take(&steps, after, most, bytes))
+    }
+
+    /// The topology changes that lead from one version of an epoch to another, if all are still kept.
+    pub(crate) fn turns(&self, epoch: u64, from: u64, to: u64) -> Option<Vec<Arc<Turn>>> {
+        self.facts().turns.between(epoch, from, to)
     }
 
     /// The newest frame.
@@ -115,7 +167,7 @@ impl Outlets {
         match &*cached {
             Some((known, grid)) if Arc::ptr_eq(known, layout) => grid.clone(),
             _ => {
-                let grid = pack_cells(&layout.cells);
+                let grid = pack::cells(&layout.cells);
                 *cached = Some((Arc::clone(layout), grid.clone()));
                 grid
             }
@@ -151,23 +203,5 @@ impl Outlets {
         let over = self.end.borrow().clone();
         over.or_else(|| self.ending.get().cloned())
             .unwrap_or(End::Deleted)
-    }
-}
-
-fn pack_cells(cells: &Cells) -> UnstructuredGrid {
-    let Cells {
-        types,
-        connectivity,
-        offsets,
-        faces,
-        face_offsets,
-    } = cells;
-    UnstructuredGrid {
-        positions: None,
-        cell_types: Bytes::copy_from_slice(types),
-        connectivity: Some(Indices::pack(connectivity)),
-        offsets: Some(Indices::pack(offsets)),
-        faces: (!faces.is_empty()).then(|| Indices::pack(faces)),
-        face_offsets: (!face_offsets.is_empty()).then(|| Indices::pack(face_offsets)),
     }
 }

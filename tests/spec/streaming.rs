@@ -34,7 +34,8 @@ fn undated(mut item: Item) -> Item {
     let frame = match &mut item {
         Item::Keyframe(keyframe) => keyframe.frame.as_mut(),
         Item::Frame(frame) => Some(frame),
-        Item::Goodbye(_) | Item::Chunk(_) => None,
+        Item::Patch(patch) => patch.frame.as_mut(),
+        Item::Events(_) | Item::Goodbye(_) | Item::Chunk(_) => None,
     };
     if let Some(frame) = frame {
         *frame = content(frame);
@@ -404,7 +405,9 @@ fn a_keyframe_comes_again_after_its_interval() {
             match watcher.item().await.unwrap().unwrap() {
                 Item::Keyframe(keyframe) => break keyframe,
                 Item::Frame(_) => frames += 1,
-                Item::Goodbye(_) | Item::Chunk(_) => panic!("the session goes on"),
+                item @ (Item::Patch(_) | Item::Events(_) | Item::Goodbye(_) | Item::Chunk(_)) => {
+                    panic!("only positions change: {item:?}")
+                }
             }
         };
         assert!(frames > 0, "every item is a keyframe");

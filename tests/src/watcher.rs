@@ -34,7 +34,8 @@ impl Watcher {
         match &item {
             Some(Item::Keyframe(keyframe)) => self.last.clone_from(&keyframe.frame),
             Some(Item::Frame(frame)) => self.last = Some(frame.clone()),
-            Some(Item::Goodbye(_) | Item::Chunk(_)) | None => {}
+            Some(Item::Patch(patch)) => self.last.clone_from(&patch.frame),
+            Some(Item::Events(_) | Item::Goodbye(_) | Item::Chunk(_)) | None => {}
         }
         Ok(item)
     }
@@ -48,7 +49,11 @@ impl Watcher {
             };
             let chunk = match message.item.expect("every message has an item") {
                 Item::Chunk(chunk) => chunk,
-                item @ (Item::Keyframe(_) | Item::Frame(_) | Item::Goodbye(_)) => {
+                item @ (Item::Keyframe(_)
+                | Item::Frame(_)
+                | Item::Patch(_)
+                | Item::Events(_)
+                | Item::Goodbye(_)) => {
                     assert!(parts.is_empty(), "{item:?} stands between chunks");
                     return Ok(Some(item));
                 }
@@ -78,14 +83,24 @@ impl Watcher {
         }
     }
 
-    /// The next item's positions, be it a frame or a keyframe; nothing at a goodbye.
+    /// The next positions, be they in a frame, a keyframe or a patch; nothing at a goodbye.
     pub async fn positions(&mut self) -> Result<Option<Frame>, Refusal> {
-        Ok(match self.item().await? {
-            Some(Item::Frame(frame)) => Some(frame),
-            Some(Item::Keyframe(keyframe)) => keyframe.frame,
-            Some(Item::Goodbye(_)) | None => None,
-            Some(Item::Chunk(_)) => panic!("chunks join to a chunk"),
-        })
+        loop {
+            let frame = match self.item().await? {
+                Some(Item::Frame(frame)) => Some(frame),
+                Some(Item::Keyframe(keyframe)) => keyframe.frame,
+                Some(Item::Patch(patch)) => patch.frame,
+                Some(Item::Events(_)) => continue,
+                Some(Item::Goodbye(_)) | None => return Ok(None),
+                Some(Item::Chunk(_)) => panic!("chunks join to a chunk"),
+            };
+            if frame
+                .as_ref()
+                .is_some_and(|f| f.vertices.is_some() || f.points.is_some())
+            {
+                return Ok(frame);
+            }
+        }
     }
 
     /// Reads until the positions of this step or a later one came.

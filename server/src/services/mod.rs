@@ -1,9 +1,12 @@
 //! The RPCs: from requests to sessions and back. No rule of the domain is decided here.
 
 mod asset;
+mod frames;
 mod mapping;
 mod mesh;
 mod motion;
+mod page;
+mod reader;
 mod session;
 
 use std::sync::Arc;

@@ -5,7 +5,6 @@ use std::{
     time::SystemTime,
 };
 
-use base64::{Engine as _, prelude::BASE64_URL_SAFE_NO_PAD};
 use prost::Message as _;
 use sinew_engine::{UpAxis, World};
 use sinew_proto::v1::{self, session_service_server::SessionService};
@@ -13,7 +12,10 @@ use sinew_viewer::SessionInfo;
 use tonic::{Request, Response, Status};
 use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
 
-use super::{Shared, mapping};
+use super::{
+    Shared, mapping,
+    page::{page_size, page_token, read_token},
+};
 use crate::{
     convert,
     error::{ServiceError, invalid},
@@ -224,20 +226,7 @@ impl Shared {
         &self,
         request: &v1::ListSessionsRequest,
     ) -> Result<v1::ListSessionsResponse, ServiceError> {
-        let (default, most) = PAGE;
-        let size = match usize::try_from(request.page_size) {
-            Ok(0) => default,
-            Ok(size) => size.min(most),
-            Err(_) => {
-                let problem = format!("is {}", request.page_size);
-                return Err(invalid(
-                    "VALUE_OUT_OF_RANGE",
-                    "page_size",
-                    problem,
-                    "give 1 to 1000",
-                ));
-            }
-        };
+        let size = page_size(request.page_size, PAGE)?;
         let after = read_token(&request.page_token)?;
         let mut entries = self.registry.page(&after, size + 1);
         let more = entries.len() > size;
@@ -295,36 +284,6 @@ fn session_name(id: &str, hash: u128) -> Result<String, ServiceError> {
         ));
     }
     Ok(format!("sessions/{id}"))
-}
-
-/// A page token: the last name and a hash that a client does not make up by accident.
-fn page_token(last: &str) -> String {
-    BASE64_URL_SAFE_NO_PAD.encode(format!("{:016x}{last}", token_hash(last)))
-}
-
-fn read_token(token: &str) -> Result<String, ServiceError> {
-    if token.is_empty() {
-        return Ok(String::new());
-    }
-    let read = || {
-        let text = String::from_utf8(BASE64_URL_SAFE_NO_PAD.decode(token).ok()?).ok()?;
-        let (hash, last) = text.split_at_checked(16)?;
-        (u64::from_str_radix(hash, 16).ok()? == token_hash(last)).then(|| last.to_owned())
-    };
-    read().ok_or_else(|| {
-        let remedy = "use the next_page_token of the page before, or none";
-        invalid(
-            "PAGE_TOKEN_FORGED",
-            "page_token",
-            format!("`{token}` is no token of this API"),
-            remedy,
-        )
-    })
-}
-
-fn token_hash(last: &str) -> u64 {
-    // "sinew" in ASCII: any server reads any server's tokens.
-    xxh3_64_with_seed(last.as_bytes(), 0x73_69_6e_65_77)
 }
 
 fn digest(digest: u128) -> String {

@@ -7,7 +7,7 @@ use sinew_client::{
     Client, ClientError, Counts, SceneFile, Subscription, Update, paced, take_frames,
 };
 use sinew_formats::take::Take;
-use sinew_proto::v1;
+use sinew_proto::v1::{self, TopologyPatch};
 
 use crate::{
     Failure,
@@ -231,6 +231,10 @@ impl Arrivals {
         let frame = match subscription.next().await? {
             Some(Update::Frame(frame)) => frame,
             Some(Update::Keyframe(keyframe)) => keyframe.frame.unwrap_or_default(),
+            Some(Update::Patch(TopologyPatch {
+                frame: Some(frame), ..
+            })) if frame.vertices.is_some() => frame,
+            Some(Update::Patch(_) | Update::Events(_)) => return Ok(()),
             Some(Update::Goodbye(goodbye)) => {
                 return Err(format!("{} before the run was over", ended(goodbye.reason())).into());
             }

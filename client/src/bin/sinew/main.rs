@@ -6,6 +6,7 @@ mod demo;
 mod drive;
 #[cfg(feature = "embedded")]
 mod embedded;
+mod events;
 mod explain;
 mod inspect;
 mod latency;

@@ -10,11 +10,12 @@ use crate::out::{put, say};
 use crate::{
     Failure,
     connection::{Connection, session_name},
+    events,
     explain::explained,
     table::{Table, count},
 };
 
-/// Lists a server's sessions; runs, pauses, steps, remaps, explains or deletes one.
+/// Lists a server's sessions; runs, pauses, steps, remaps, explains or deletes one, or lists its events.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew sessions                      lists them
@@ -22,6 +23,7 @@ use crate::{
   sinew sessions step walk --steps 10
   sinew sessions remap walk --mapping soft.toml --blend 0.5
   sinew sessions explain walk 42
+  sinew sessions events walk
   sinew sessions delete walk")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -93,6 +95,17 @@ soft.toml:  filter.keep.k = 12
         /// The vertex, by index.
         vertex: u32,
     },
+    /// Lists what happened to a session's mesh: tears, glueings, fragments.
+    #[command(after_help = "Examples:
+  sinew sessions events bar               all that the server keeps
+  sinew sessions events bar --after 120   those after the event with that sequence")]
+    Events {
+        /// The session.
+        session: String,
+        /// Only those after the event with this sequence.
+        #[arg(long, value_name = "SEQUENCE")]
+        after: Option<u64>,
+    },
     /// Ends a session.
     Delete {
         /// The session.
@@ -156,6 +169,9 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Explain { session, vertex }) => {
             let explanation = client.explain(&session_name(&session), vertex).await?;
             put!("{}", explained(&explanation));
+        }
+        Some(Command::Events { session, after }) => {
+            events::list(&client, session_name(&session), after).await?;
         }
         Some(Command::Delete { session }) => {
             let name = session_name(&session);

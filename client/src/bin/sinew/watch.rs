@@ -10,15 +10,17 @@ use crate::out::say;
 use crate::{
     Failure,
     connection::{Connection, session_name},
+    events,
     latency::{Latencies, SendTimes, milliseconds, now},
 };
 
-/// Subscribes to a session and prints a line each second: step, rate, latency from publishing to arrival (true where
-/// both clocks are one), frames missed.
+/// Watches a session and prints a line each second: step, rate, latency from publishing to arrival (true where both
+/// clocks are one), frames missed; and a line for each event.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew watch demo                    until the session ends or Ctrl-C
-  sinew watch demo --frames 600       ends after 600 frames")]
+  sinew watch demo --frames 600       ends after 600 frames
+  sinew watch demo --events           events alone")]
 pub(crate) struct Arguments {
     /// The session.
     #[arg(value_name = "SESSION")]
@@ -26,6 +28,9 @@ pub(crate) struct Arguments {
     /// End after so many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
+    /// Events alone, without frames.
+    #[arg(long, conflicts_with = "frames")]
+    events: bool,
     #[command(flatten)]
     connection: Connection,
 }
@@ -36,14 +41,25 @@ pub(crate) async fn watch(arguments: Arguments) -> Result<(), Failure> {
         session: session_name(&arguments.session),
         ..v1::SubscribeRequest::default()
     };
-    let mut subscription = client.subscribe(request).await?;
+    let mode = if arguments.events {
+        v1::WatchMode::EventsOnly
+    } else {
+        v1::WatchMode::Latest
+    };
+    let mut session = client.watch(request, mode).await?;
     let limit = arguments.frames.unwrap_or(u64::MAX);
     let mut ticks = tokio::time::interval(Duration::from_secs(1));
     let mut second = Second::default();
     let mut frame = None;
-    while subscription.counts().received < limit {
+    while session.subscription().counts().received < limit {
         tokio::select! {
-            update = subscription.next() => match update? {
+            update = session.next() => match update? {
+                Some(Update::Events(events)) => {
+                    for event in &events {
+                        say!("{}", events::line(event));
+                    }
+                }
+                Some(Update::Patch(patch)) => frame = patch.frame.or(frame),
                 Some(Update::Frame(next)) => {
                     second.latencies.record(&next, &SendTimes::new(0), now());
                     frame = Some(next);
@@ -57,13 +73,13 @@ pub(crate) async fn watch(arguments: Arguments) -> Result<(), Failure> {
             },
             _ = ticks.tick() => {
                 if let Some(frame) = &frame {
-                    second = second.line(frame, subscription.counts())?;
+                    second = second.line(frame, session.subscription().counts())?;
                 }
             }
         }
     }
     if let Some(frame) = &frame {
-        second.line(frame, subscription.counts())?;
+        second.line(frame, session.subscription().counts())?;
     }
     Ok(())
 }
