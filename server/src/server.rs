@@ -115,6 +115,11 @@ impl Server {
         self.address
     }
 
+    #[cfg(test)]
+    pub(crate) fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
     /// Stops: no new connections, sessions end after the step under way, streams get their last item
     /// and a goodbye, recordings are closed.
     pub async fn shutdown(mut self) -> Stopped {

@@ -8,6 +8,8 @@ mod motion;
 mod page;
 mod reader;
 mod session;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
