@@ -1,0 +1,103 @@
+//! Other programs, run on the same input in the same run.
+//!
+//! The environment's `SINEW_PEERS` names the folder where `setup.sh` of the peers was run.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use crate::section::Failure;
+
+/// The variable that names the folder of the peers.
+pub(crate) const VARIABLE: &str = "SINEW_PEERS";
+
+/// The peers' folder.
+pub(crate) struct Peers {
+    folder: PathBuf,
+}
+
+/// What a peer says of one measurement.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Figure {
+    /// What of: sizes and variants, separated by `/`.
+    pub(crate) n: String,
+    pub(crate) peer: String,
+    pub(crate) version: String,
+    pub(crate) seconds_median: f64,
+    #[serde(default)]
+    pub(crate) error_metric: Option<serde_json::Value>,
+}
+
+impl Peers {
+    /// The peers, or a plain word where they are not.
+    pub(crate) fn find() -> Result<Self, String> {
+        let folder = std::env::var_os(VARIABLE).map(PathBuf::from).ok_or_else(|| {
+            format!("The peers were not measured: {VARIABLE} does not name the folder where their setup.sh was run.")
+        })?;
+        Ok(Self { folder })
+    }
+
+    /// Runs one of the peers' Python scripts on one thread and reads what it prints.
+    ///
+    /// # Errors
+    /// Where it cannot be run, or says that it failed.
+    pub(crate) fn python(
+        &self,
+        script: &str,
+        arguments: &[&str],
+        environment: &[(&str, &str)],
+    ) -> Result<Vec<Figure>, Failure> {
+        let python = self.folder.join("venv/bin/python");
+        let output = Command::new(&python)
+            .arg(script)
+            .args(arguments)
+            .env("TH", "1")
+            .envs(environment.iter().copied())
+            .current_dir(&self.folder)
+            .output()
+            .map_err(|error| format!("cannot run {}: {error}", python.display()))?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            let last = said.lines().last().unwrap_or("nothing");
+            return Err(format!("{script} failed, and said: {last}").into());
+        }
+        let lines = String::from_utf8(output.stdout)?;
+        let figures = lines.lines().filter(|line| line.starts_with('{'));
+        Ok(figures
+            .map(serde_json::from_str)
+            .collect::<Result<_, _>>()?)
+    }
+
+    /// Reads positions from a file of little-endian f64 in the peers' `data`.
+    ///
+    /// # Errors
+    /// Where it cannot be read or ends within a position.
+    pub(crate) fn positions(&self, name: &str) -> Result<Vec<Vector3<f64>>, Failure> {
+        let path = self.folder.join("data").join(name);
+        let bytes = read(&path)?;
+        let (numbers, rest) = bytes.as_chunks::<8>();
+        let numbers: Vec<f64> = numbers
+            .iter()
+            .map(|bytes| f64::from_le_bytes(*bytes))
+            .collect();
+        let (positions, more) = numbers.as_chunks::<3>();
+        if !rest.is_empty() || !more.is_empty() {
+            return Err(format!("{} ends within a position", path.display()).into());
+        }
+        Ok(positions.iter().map(|p| Vector3::from(*p)).collect())
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
+}
+
+/// The same error to so many digits, as a script prints it.
+pub(crate) fn error_of(figure: &Figure, name: &str) -> Option<f64> {
+    figure.error_metric.as_ref()?.get(name)?.as_f64()
+}
