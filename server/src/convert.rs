@@ -104,9 +104,28 @@ fn external(points: v1::ExternalPoints) -> Result<(engine::ExternalPoints, f64)>
             labels: points.labels,
             rest,
             absent,
+            tracking: tracking(points.tracking.unwrap_or_default()),
         },
         rate,
     ))
+}
+
+fn tracking(tracking: v1::Tracking) -> engine::Tracking {
+    let v1::Tracking {
+        predict_seconds,
+        release_seconds,
+        take_back_seconds,
+        max_speed_change,
+        believe_seconds,
+    } = tracking;
+    let default = engine::Tracking::default();
+    engine::Tracking {
+        predict_seconds: predict_seconds.unwrap_or(default.predict_seconds),
+        release_seconds: release_seconds.unwrap_or(default.release_seconds),
+        take_back_seconds: take_back_seconds.unwrap_or(default.take_back_seconds),
+        max_speed_change: max_speed_change.unwrap_or(default.max_speed_change),
+        believe_seconds: believe_seconds.unwrap_or(default.believe_seconds),
+    }
 }
 
 fn mass_spring(network: v1::MassSpring) -> Result<engine::MassSpring> {

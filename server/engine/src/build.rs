@@ -4,6 +4,7 @@
 use std::{collections::BTreeMap, fmt::Display, sync::Arc};
 
 use nalgebra::Vector3;
+use sinew_capture::Tracker;
 use sinew_mesh::{Capsule, Grid, GridError, Inspection};
 use sinew_particles::{Network, NetworkError};
 
@@ -55,7 +56,7 @@ impl World {
             ));
         }
         let mut points = match motion {
-            Motion::External(points) => external(points)?,
+            Motion::External(points) => external(points, time_step)?,
             Motion::MassSpring(network) => network_points(network, time_step)?,
         };
         let grid = match mesh {
@@ -86,6 +87,7 @@ impl World {
             motion_sequence: None,
             points: rest.points.clone(),
             point_states: points.states,
+            doubts: Vec::new(),
             vertices: rest.vertices.clone(),
             measures: Vec::new(),
             change: None,
@@ -105,11 +107,12 @@ impl World {
     }
 }
 
-fn external(points: ExternalPoints) -> Result<Points, SceneError> {
+fn external(points: ExternalPoints, time_step: f64) -> Result<Points, SceneError> {
     let ExternalPoints {
         labels,
         mut rest,
         absent,
+        tracking,
     } = points;
     if labels.is_empty() {
         return Err(refuse(
@@ -156,8 +159,19 @@ fn external(points: ExternalPoints) -> Result<Points, SceneError> {
         }
     }
     in_range(&rest, &format!("{EXTERNAL}.rest_positions"))?;
+    let present: Vec<bool> = (states.iter())
+        .map(|state| *state != PointState::Absent)
+        .collect();
+    let tracker = Tracker::new(&rest, &present, time_step, tracking).map_err(|error| {
+        refuse(
+            "VALUE_OUT_OF_RANGE",
+            format!("{EXTERNAL}.tracking.{}", error.field),
+            format!("is {}", error.value),
+            format!("give at least {}", error.least),
+        )
+    })?;
     Ok(Points {
-        source: Source::External,
+        source: Source::External(Box::new(tracker)),
         labels,
         rest,
         states,

@@ -7,17 +7,7 @@ use sinew_mesh::Cells;
 
 use crate::change::Change;
 
-/// What is known of a point at a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u8)]
-pub enum PointState {
-    /// Seen or computed at this step.
-    Valid = 1,
-    /// Not seen at this step: stands where it was seen last.
-    Held = 2,
-    /// No position in the reference frame: drives nothing.
-    Absent = 3,
-}
+pub use sinew_capture::{Doubt, State as PointState};
 
 /// All of the mesh that stays the same between topology changes.
 #[derive(Debug, PartialEq)]
@@ -62,6 +52,8 @@ pub struct Frame {
     pub points: Vec<Vector3<f64>>,
     /// One per point.
     pub point_states: Vec<PointState>,
+    /// The points whose samples were not believed at this step, ascending.
+    pub doubts: Vec<(u32, Doubt)>,
     /// Vertex positions, m.
     pub vertices: Vec<Vector3<f64>>,
     /// What each rule measured at this step; without rules, and where a rule measured nothing, nothing.

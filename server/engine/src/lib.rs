@@ -13,12 +13,12 @@ mod world;
 
 pub use change::{Change, Event, EventKind};
 pub use explain::{Cluster, Explanation, Influence};
-pub use frame::{Frame, Layout, Measured, PointState};
+pub use frame::{Doubt, Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use scene::{
     Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MassSpring,
     MeshSource, Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
-    Reference, Rule, Scene, SceneError, ShapeMatching, UpAxis, Weighting,
+    Reference, Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
 };
 pub use sinew_tearing::{Patch, Seam, SeamKind};
 pub use world::{RemapError, StepError, World};

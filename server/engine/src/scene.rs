@@ -72,6 +72,8 @@ pub struct ExternalPoints {
     pub rest: Vec<Vector3<f64>>,
     /// Points with no position at rest.
     pub absent: Vec<u32>,
+    /// For how long, and how far, points are believed.
+    pub tracking: Tracking,
 }
 
 /// A mass-spring network; columns as in `sinew.v1.MassSpring`, broadcast already.
@@ -112,18 +114,7 @@ pub struct Bone {
 
 pub use sinew_mesh::CellShape;
 
-/// External points at one moment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MotionSample {
-    /// The source's number for this moment.
-    pub sequence: u64,
-    /// When it was seen, s, on the source's clock.
-    pub capture_time_seconds: f64,
-    /// One per point, m; ignored where occluded.
-    pub positions: Vec<Vector3<f64>>,
-    /// One per point.
-    pub occluded: Vec<bool>,
-}
+pub use sinew_capture::{Sample as MotionSample, Settings as Tracking};
 
 /// Why a scene is refused: which field, what is wrong with its value, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

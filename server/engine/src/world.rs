@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use sinew_capture::Tracker;
 use sinew_particles::{Diverged, Network};
 
 use crate::{
     blend::Blend,
     digest::Digest,
-    frame::{Frame, Layout, PointState},
+    frame::{Doubt, Frame, Layout},
     rest::{Bound, Rest},
     scene::MotionSample,
 };
@@ -60,7 +61,7 @@ const LONGEST_BLEND: f64 = 86_400.0;
 #[derive(Debug)]
 pub(crate) enum Source {
     /// Whoever calls [`World::step`].
-    External,
+    External(Box<Tracker>),
     Network(Box<Network>),
 }
 
@@ -88,8 +89,7 @@ pub struct World {
 const RETIRED: usize = 12;
 
 impl World {
-    /// One step: motion, then geometry. External points move to `sample`, or stay without one; an
-    /// occluded point stays where it was seen last.
+    /// One step: motion, then geometry. External points move to `sample`; those not seen are carried on. `[S4]`
     ///
     /// # Errors
     /// [`StepError`]; the world is then spent.
@@ -104,7 +104,7 @@ impl World {
         let time = next.step as f64 * self.time_step;
         next.time_seconds = time;
         match &mut self.source {
-            Source::External => follow(sample, &self.frame, &mut next),
+            Source::External(tracker) => follow(tracker, sample, &mut next),
             Source::Network(network) => {
                 network.step(self.time_step)?;
                 next.points.copy_from_slice(network.positions());
@@ -235,6 +235,7 @@ impl World {
             motion_sequence,
             points,
             point_states,
+            doubts: _,
             vertices,
             measures: _,
             change: _,
@@ -265,37 +266,27 @@ impl World {
         if let Some(blend) = &self.blend {
             blend.digest(&mut digest);
         }
-        if let Source::Network(network) = &self.source {
-            digest.vectors(network.velocities());
+        match &self.source {
+            Source::Network(network) => digest.vectors(network.velocities()),
+            Source::External(tracker) => digest.words(&tracker.state().collect::<Vec<_>>()),
         }
         digest.finish()
     }
 }
 
-/// Moves external points to where the sample sees them.
-fn follow(sample: Option<&MotionSample>, last: &Frame, next: &mut Frame) {
-    next.points.copy_from_slice(&last.points);
-    next.point_states.copy_from_slice(&last.point_states);
-    let Some(sample) = sample else {
-        return;
-    };
-    assert_eq!(
-        sample.positions.len(),
-        next.points.len(),
-        "samples are checked at the door"
-    );
-    next.capture_time_seconds = Some(sample.capture_time_seconds);
-    next.motion_sequence = Some(sample.sequence);
-    for i in 0..next.points.len() {
-        next.point_states[i] = match (last.point_states[i], sample.occluded[i]) {
-            (PointState::Absent, _) => continue,
-            (PointState::Valid | PointState::Held, true) => PointState::Held,
-            (PointState::Valid | PointState::Held, false) => {
-                next.points[i] = sample.positions[i];
-                PointState::Valid
-            }
-        };
+/// Moves external points to where they are seen, or else carried.
+fn follow(tracker: &mut Tracker, sample: Option<&MotionSample>, next: &mut Frame) {
+    tracker.step(sample);
+    if let Some(sample) = sample {
+        next.capture_time_seconds = Some(sample.time);
+        next.motion_sequence = Some(sample.sequence);
     }
+    next.points.copy_from_slice(tracker.positions());
+    next.point_states.clear();
+    next.point_states.extend(tracker.states());
+    let doubts = (0..).zip(tracker.doubts());
+    next.doubts.clear();
+    (next.doubts).extend(doubts.filter(|(_, doubt)| *doubt != Doubt::None));
 }
 
 /// Positions must survive the way to binary32.

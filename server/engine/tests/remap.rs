@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use sinew_engine::{
     ExternalPoints, Filter, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe, Reference,
-    RemapError, Rule, Scene, UpAxis, Weighting, World,
+    RemapError, Rule, Scene, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::shapes;
 
@@ -42,6 +42,7 @@ fn world() -> World {
             labels,
             rest: points(),
             absent: Vec::new(),
+            tracking: Tracking::default(),
         }),
         mesh: MeshSource::Grid(shapes::hexahedra(1, 1, 4)),
         mapping: mapping("low"),
@@ -57,9 +58,9 @@ fn apart(sequence: u64) -> MotionSample {
     positions[1].x += 1.0;
     MotionSample {
         sequence,
-        capture_time_seconds: DT * sequence as f64,
+        time: DT * sequence as f64,
         positions,
-        occluded: vec![false; 2],
+        seen: vec![true; 2],
     }
 }
 

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use sinew_engine::{
     CellShape, ExternalPoints, Filter, Fit, Kernel, Lattice, Mapping, MassSpring, MeshSource,
     Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError, ShapeMatching,
-    StepError, UpAxis, Weighting, World,
+    StepError, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
 
@@ -22,6 +22,7 @@ fn corners() -> ExternalPoints {
         labels,
         rest,
         absent: Vec::new(),
+        tracking: Tracking::default(),
     }
 }
 
@@ -65,12 +66,12 @@ fn build(scene: Scene) -> World {
 }
 
 fn sample(sequence: u64, positions: Vec<Vector3<f64>>) -> MotionSample {
-    let occluded = vec![false; positions.len()];
+    let seen = vec![true; positions.len()];
     MotionSample {
         sequence,
-        capture_time_seconds: sequence as f64 / 120.0,
+        time: sequence as f64 / 120.0,
         positions,
-        occluded,
+        seen,
     }
 }
 
@@ -144,18 +145,21 @@ fn an_occluded_point_moves_no_vertex_whatever_its_numbers_say() {
         for garbage in [0.0, f64::NAN, 1e300] {
             let mut hidden = sample(1, rest.points.clone());
             hidden.positions[3] = Vector3::repeat(garbage);
-            hidden.occluded[3] = true;
+            hidden.seen[3] = false;
             let frame = world.step(Some(&hidden)).expect("a step");
-            assert_eq!(frame.point_states[3], PointState::Held);
+            assert_ne!(frame.point_states[3], PointState::Valid);
             assert_eq!(frame.points[3], rest.points[3]);
             for (x, x0) in frame.vertices.iter().zip(&rest.vertices) {
                 assert!((x - x0).norm() < 1e-12, "{x} from {x0}");
             }
         }
-        let frame = world
-            .step(Some(&sample(2, rest.points.clone())))
-            .expect("a step");
-        assert_eq!(frame.point_states[3], PointState::Valid);
+        // A tenth of a second later it is trusted again.
+        let back = || sample(2, rest.points.clone());
+        let states: Vec<_> = (0..10)
+            .map(|_| world.step(Some(&back())).expect("a step").point_states[3])
+            .collect();
+        assert_eq!(states[8], PointState::Held);
+        assert_eq!(states[9], PointState::Valid);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What readers get of a frame.
 
-use sinew_engine::Layout;
+use sinew_engine::{Doubt, Layout};
 use sinew_proto::v1;
 
 use super::{mesh::Wanted, session::count};
@@ -48,7 +48,23 @@ impl Wanted {
             }),
             event_sequence: published.event_sequence,
             measures: measures.collect(),
+            point_doubts: match self.points {
+                true => frame.doubts.iter().map(doubt).collect(),
+                false => Vec::new(),
+            },
         }
+    }
+}
+
+fn doubt(&(point, doubt): &(u32, Doubt)) -> v1::PointDoubt {
+    let reason = match doubt {
+        Doubt::None => v1::DoubtReason::Unspecified,
+        Doubt::Speed => v1::DoubtReason::Speed,
+        Doubt::Swap => v1::DoubtReason::Swap,
+    };
+    v1::PointDoubt {
+        point,
+        reason: reason.into(),
     }
 }
 

@@ -201,12 +201,12 @@ impl Source {
             ));
         }
         self.check_order(sequence, time)?;
-        let occluded: Vec<bool> = match flags.is_empty() {
-            true => vec![false; points],
-            false => flags.iter().map(|flag| flag & OCCLUDED != 0).collect(),
+        let seen: Vec<bool> = match flags.is_empty() {
+            true => vec![true; points],
+            false => flags.iter().map(|flag| flag & OCCLUDED == 0).collect(),
         };
-        for (i, (position, occluded)) in positions.iter().zip(&occluded).enumerate() {
-            if !occluded && !position.iter().all(|x| x.abs() <= LARGEST) {
+        for (i, (position, seen)) in positions.iter().zip(&seen).enumerate() {
+            if *seen && !position.iter().all(|x| x.abs() <= LARGEST) {
                 return Err(invalid(
                     "VALUE_NOT_FINITE",
                     format!("frame.positions[{i}]"),
@@ -215,15 +215,15 @@ impl Source {
                 ));
             }
         }
-        let (positions, occluded) = match &self.order {
-            None => (positions, occluded),
-            Some(order) => (scatter(&positions, order), scatter(&occluded, order)),
+        let (positions, seen) = match &self.order {
+            None => (positions, seen),
+            Some(order) => (scatter(&positions, order), scatter(&seen, order)),
         };
         Ok(MotionSample {
             sequence,
-            capture_time_seconds: time,
+            time,
             positions,
-            occluded,
+            seen,
         })
     }
 

@@ -34,7 +34,9 @@ const POINT_RADIUS: Radius = Radius(re_sdk_types::datatypes::Float32(-3.5)); // 
 /// Share of the mesh's reach that makes viewers put the eye where all of the mesh is seen, with room around it: tried.
 const FRAMING: f64 = 0.8;
 const VALID: u32 = 0xffff_ffff;
+const PREDICTED: u32 = 0xffd9_4dff;
 const HELD: u32 = 0xff8c_1aff;
+const LOST: u32 = 0xe023_23ff;
 
 /// Writes one session's frames as rows. Each row carries all timelines.
 pub(crate) struct Recorder {
@@ -216,7 +218,9 @@ impl Recorder {
         let points = || drawn.points.iter().copied();
         let colours = points().map(|point| match frame.point_states[point] {
             PointState::Valid => VALID,
-            PointState::Held | PointState::Absent => HELD,
+            PointState::Predicted => PREDICTED,
+            PointState::Held => HELD,
+            PointState::Lost | PointState::Absent => LOST,
         });
         let mut batches = vec![
             batch(

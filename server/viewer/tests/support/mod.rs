@@ -98,6 +98,7 @@ impl Bar {
             motion_sequence: None,
             points: (0..POINTS).map(axis).map(move_one).collect(),
             point_states: vec![PointState::Valid; POINTS as usize],
+            doubts: Vec::new(),
             vertices: self.rest.iter().copied().map(move_one).collect(),
             measures: Vec::new(),
             change: None,

@@ -1,0 +1,157 @@
+//! Frames on their way to the step grid.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector3;
+
+use crate::Sample;
+
+/// What became of a frame that came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is in its place.
+    Taken,
+    /// It came after a later one, and is in its place all the same.
+    Reordered,
+    /// It is there already.
+    Duplicate,
+    /// Its moment is over.
+    Late,
+    /// There is no room: the steps stand still, or the source is far ahead of them.
+    Full,
+}
+
+/// How many frames came to what end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All that came.
+    pub received: u64,
+    /// See [`Verdict::Reordered`].
+    pub reordered: u64,
+    /// See [`Verdict::Duplicate`].
+    pub duplicate: u64,
+    /// See [`Verdict::Late`].
+    pub late: u64,
+    /// See [`Verdict::Full`].
+    pub refused: u64,
+}
+
+/// Frames in the order of their capture, and between them any moment. `[S3]`
+#[derive(Clone, Debug)]
+pub struct Buffer {
+    /// By ascending sequence and time.
+    frames: VecDeque<Sample>,
+    capacity: usize,
+    /// Frames further apart than this have nothing to say of the time between them, s.
+    span: f64,
+    /// The moment asked for last.
+    past: f64,
+    counts: Counts,
+}
+
+/// A moment this close to a frame is the frame's, as a share of the span: what clocks in decimal fractions are off by.
+const SNAP: f64 = 1e-3;
+
+impl Buffer {
+    /// An empty one.
+    ///
+    /// * `capacity` - frames that may wait, at least 2.
+    /// * `span` - the longest time between two frames across which a marker is interpolated, s.
+    pub fn new(capacity: usize, span: f64) -> Self {
+        Self {
+            frames: VecDeque::new(),
+            capacity: capacity.max(2),
+            span,
+            past: f64::NEG_INFINITY,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Puts a frame in its place.
+    pub fn insert(&mut self, frame: Sample) -> Verdict {
+        self.counts.received += 1;
+        let after = (self.frames).partition_point(|other| other.sequence < frame.sequence);
+        let before = after.checked_sub(1).map(|i| &self.frames[i]);
+        let next = self.frames.get(after);
+        if next.is_some_and(|next| next.sequence == frame.sequence) {
+            self.counts.duplicate += 1;
+            return Verdict::Duplicate;
+        }
+        // One whose time contradicts its place comes from a clock that went back; it is of no moment.
+        let contradicts = before.is_some_and(|before| before.time >= frame.time)
+            || next.is_some_and(|next| next.time <= frame.time);
+        if frame.time <= self.past || contradicts {
+            self.counts.late += 1;
+            return Verdict::Late;
+        }
+        if self.frames.len() == self.capacity {
+            self.counts.refused += 1;
+            return Verdict::Full;
+        }
+        let last = after == self.frames.len();
+        self.frames.insert(after, frame);
+        if last {
+            Verdict::Taken
+        } else {
+            self.counts.reordered += 1;
+            Verdict::Reordered
+        }
+    }
+
+    /// Markers at `time`, which never goes back: linear between the two frames around it, where both see the marker. A
+    /// marker that is not in both is not seen, except at a frame's own moment. `None` where no frame is near.
+    ///
+    /// The sequence is that of the last frame at or before `time`, or else the first one's.
+    pub fn at(&mut self, time: f64) -> Option<Sample> {
+        self.past = time;
+        let snap = SNAP * self.span;
+        let after = (self.frames).partition_point(|frame| frame.time <= time + snap);
+        // All before the one at or before `time` is past.
+        self.frames.drain(..after.saturating_sub(1));
+        let before = (after > 0).then(|| &self.frames[0]);
+        let next = self.frames.get(usize::from(after > 0));
+        match (before, next) {
+            (Some(frame), _) if time - frame.time <= snap => Some(Sample {
+                time,
+                ..frame.clone()
+            }),
+            (Some(a), Some(b)) if b.time - a.time <= self.span => Some(between(a, b, time)),
+            _ => None,
+        }
+    }
+
+    /// The time of the last frame that waits, s.
+    pub fn newest(&self) -> Option<f64> {
+        self.frames.back().map(|frame| frame.time)
+    }
+
+    /// Frames that wait.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// How many frames came to what end.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+fn between(a: &Sample, b: &Sample, time: f64) -> Sample {
+    let share = (time - a.time) / (b.time - a.time);
+    let seen: Vec<bool> = a.seen.iter().zip(&b.seen).map(|(a, b)| *a && *b).collect();
+    let place = |i: usize| match seen[i] {
+        true => a.positions[i].lerp(&b.positions[i], share),
+        false => Vector3::zeros(),
+    };
+    Sample {
+        sequence: a.sequence,
+        time,
+        positions: (0..seen.len()).map(place).collect(),
+        seen,
+    }
+}

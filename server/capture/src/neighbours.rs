@@ -1,0 +1,95 @@
+//! Where a marker should be, by those around it.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// How many markers speak for one that is not seen.
+const MOST: usize = 16;
+/// What [`Rotation3::from_matrix_eps`] calls done, rad, and after how many steps it gives up.
+const ANGLE: f64 = 1e-12;
+const STEPS: usize = 100;
+
+/// The markers nearest to one at rest, and how much each has to say.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbours {
+    rest: Vector3<f64>,
+    /// Index, place at rest, weight 1/d².
+    around: Vec<(usize, Vector3<f64>, f64)>,
+}
+
+/// A rigid motion of a marker's surroundings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Guess {
+    /// Where the marker is if it moved with them.
+    pub(crate) position: Vector3<f64>,
+    /// How they turned since rest.
+    pub(crate) turn: Rotation3<f64>,
+}
+
+impl Neighbours {
+    /// The nearest present markers of `marker`; ties go to the lower index.
+    pub(crate) fn of(marker: usize, rest: &[Vector3<f64>], present: &[bool]) -> Self {
+        let squared = |other: usize| (rest[other] - rest[marker]).norm_squared();
+        let mut others: Vec<usize> = (0..rest.len())
+            .filter(|&other| other != marker && present[other])
+            .collect();
+        others.sort_by(|&a, &b| squared(a).total_cmp(&squared(b)).then(a.cmp(&b)));
+        others.truncate(MOST);
+        // Of two markers in one place neither says all.
+        let floor = others.last().map_or(1.0, |&far| 1e-4 * squared(far));
+        let weight = |other: usize| squared(other).max(floor.max(f64::MIN_POSITIVE)).recip();
+        Self {
+            rest: rest[marker],
+            around: (others.iter())
+                .map(|&other| (other, rest[other], weight(other)))
+                .collect(),
+        }
+    }
+
+    /// Which of them are in `usable`, one bit each.
+    pub(crate) fn who(&self, usable: &[bool]) -> u16 {
+        let bit =
+            |(i, &(other, ..)): (usize, &(usize, Vector3<f64>, f64))| u16::from(usable[other]) << i;
+        self.around.iter().enumerate().map(bit).sum()
+    }
+
+    /// The rigid motion that takes those of `who` from rest to `now`, by weighted least squares (as `[M3]`), and the
+    /// marker with it; `None` where `who` is nobody. Where they leave the turn open, it is the one nearest to `last`.
+    pub(crate) fn guess(
+        &self,
+        who: u16,
+        now: &[Vector3<f64>],
+        last: &Rotation3<f64>,
+    ) -> Option<Guess> {
+        let chosen = || {
+            let mut around = self.around.iter().enumerate();
+            std::iter::from_fn(move || around.by_ref().find(|(i, _)| who >> i & 1 == 1))
+                .map(|(_, entry)| entry)
+        };
+        let total: f64 = chosen().map(|(_, _, weight)| weight).sum();
+        if total <= 0.0 {
+            return None;
+        }
+        let mean = |place: &dyn Fn(usize, &Vector3<f64>) -> Vector3<f64>| {
+            let sum = chosen().map(|(other, rest, weight)| place(*other, rest) * *weight);
+            sum.sum::<Vector3<f64>>() / total
+        };
+        let (centre, centre_rest) = (mean(&|other, _| now[other]), mean(&|_, rest| *rest));
+        let arms = chosen().map(|&(other, rest, weight)| {
+            (now[other] - centre) * (rest - centre_rest).transpose() * weight
+        });
+        let turn = turn(&arms.sum(), last);
+        Some(Guess {
+            position: centre + turn * (self.rest - centre_rest),
+            turn,
+        })
+    }
+}
+
+/// The rotation R that maximises tr(Rᵀ a), nearest to `last` where that is not one.
+fn turn(a: &Matrix3<f64>, last: &Rotation3<f64>) -> Rotation3<f64> {
+    let size = a.norm();
+    if !size.is_normal() {
+        return *last;
+    }
+    Rotation3::from_matrix_eps(&(a / size), ANGLE, STEPS, *last)
+}
