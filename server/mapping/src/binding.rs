@@ -155,6 +155,18 @@ impl Binding {
         }
     }
 
+    /// Shows each point that acts on a vertex and its weight, in the order of [`Self::weights`].
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn visit(&self, vertex: usize, mut see: impl FnMut(u32, f64)) {
+        let mut see = |(point, weight)| see(point, weight);
+        match &self.operator {
+            Operator::Linear(linear) => linear.weights.row(vertex).for_each(&mut see),
+            Operator::Shape(shape) => shape.row(vertex).for_each(&mut see),
+        }
+    }
+
     /// The vertices that share the motion of this one: the first of them, and how many there are. `None` where the rule
     /// has no clusters. O(V).
     ///

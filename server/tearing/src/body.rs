@@ -1,10 +1,16 @@
 //! The body, and how requests are answered.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 use sinew_mesh::{Cells, Grid};
-use sinew_topology::{BuildError, BuildReport, Cell, Map, MeshCells, NonManifold, Volume, Walk};
+use sinew_topology::{
+    Adjacency, BuildError, BuildReport, Cell, Edge, Map, MeshCells, NonManifold, Vertex, Volume,
+    Walk,
+};
 use thiserror::Error;
 
+use crate::areas::View;
 use crate::commit::Batch;
 use crate::fractures::Fractures;
 use crate::fragments::Fragments;
@@ -45,6 +51,10 @@ pub struct Body {
     /// The sum of `hashes`.
     pub(crate) hash: u64,
     pub(crate) version: u64,
+    /// Points between which it was torn, the lower first.
+    pub(crate) torn: BTreeSet<[u32; 2]>,
+    /// The vertices at the other ends of each vertex's edges.
+    pub(crate) adjacency: Adjacency<Vertex, Edge>,
     /// Scratch memory.
     pub(crate) walk: Walk,
 }
@@ -94,6 +104,8 @@ impl Body {
             hashes: vec![0; volumes.len()],
             hash: 0,
             version: 0,
+            torn: BTreeSet::new(),
+            adjacency: Adjacency::new(&map),
             walk: Walk::default(),
             map,
             rest,
@@ -106,12 +118,17 @@ impl Body {
     }
 
     /// Answers requests in order, each wholly or not at all.
-    pub fn apply(&mut self, requests: &[Request]) -> Outcome {
-        let mut batch = Batch::new();
+    ///
+    /// # Panics
+    /// If the binding is not one of all vertices of the body and all of the points.
+    pub fn apply(&mut self, requests: &[Request], view: &View<'_>) -> Outcome {
+        let bound = view.binding.dominant().len();
+        assert_eq!(bound, self.rest.len(), "the binding is not the body's");
+        let mut batch = Batch::new(self);
         let answers = requests
             .iter()
             .map(|request| {
-                self.answer(request, &mut batch)
+                self.answer(request, view, &mut batch)
                     .unwrap_or_else(Answer::Refused)
             })
             .collect();
@@ -119,8 +136,14 @@ impl Body {
         Outcome { answers, patch }
     }
 
-    fn answer(&mut self, request: &Request, batch: &mut Batch) -> Result<Answer, Refusal> {
+    fn answer(
+        &mut self,
+        request: &Request,
+        view: &View<'_>,
+        batch: &mut Batch,
+    ) -> Result<Answer, Refusal> {
         let done = match request {
+            Request::Separate { points } => return self.separate(*points, view, batch),
             Request::Open { facets } => self.open(facets, batch)?,
             Request::Remove { cells } => self.remove(cells, batch)?,
         };
@@ -150,6 +173,11 @@ impl Body {
     /// The slot of a volume of the map.
     pub fn slot(&self, volume: Cell<Volume>) -> u32 {
         self.slots[volume.index()]
+    }
+
+    /// The vertices that edges join to a vertex, ascending.
+    pub fn neighbours_of(&self, vertex: Cell<Vertex>) -> &[Cell<Vertex>] {
+        self.adjacency.of(vertex)
     }
 
     /// The fragment that a cell is part of, or `None` if there is no cell in the slot.

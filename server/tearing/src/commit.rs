@@ -1,11 +1,12 @@
 //! From edits of the map to one patch.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 use sinew_mesh::Cells;
 use sinew_topology::{AnyCell, Cell, Changes, Dart, Event, Vertex, Volume};
 
+use crate::areas::{View, ranks_in};
 use crate::body::number;
 use crate::{Body, Done, Patch, Refusal, Seam, SeamKind};
 
@@ -17,6 +18,18 @@ pub(crate) struct Batch {
     cell_parents: Vec<u32>,
     dirty: BTreeSet<u32>,
     seams: Vec<Seam>,
+    /// Vertices that were there before.
+    bound: usize,
+    /// The points of vertices that the binding knows otherwise or not, the strongest first.
+    points: BTreeMap<u32, Vec<u32>>,
+}
+
+/// Where a vertex's points are known from.
+enum Source<'a> {
+    /// A row of the binding.
+    Row(usize),
+    /// Since this batch.
+    Known(&'a [u32]),
 }
 
 /// What an edit did, as the operation that made it knows.
@@ -28,21 +41,93 @@ pub(crate) struct Made {
     pub(crate) closed: Vec<[Dart; 2]>,
     /// A dart of each face that lost its neighbour.
     pub(crate) bared: Vec<Dart>,
-    /// Where new vertices are at rest; others are in the midst of their parents.
+    /// Where some new vertices are at rest, ascending; others are in the midst of their parents.
     pub(crate) placed: Vec<(Cell<Vertex>, Vector3<f64>)>,
     /// Cells beside what changed, beyond those of the faces.
     pub(crate) cells: Vec<u32>,
 }
 
 impl Batch {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(body: &Body) -> Self {
         Self {
             vertex_parents: Vec::new(),
             vertex_parent_offsets: vec![0],
             cell_parents: Vec::new(),
             dirty: BTreeSet::new(),
             seams: Vec::new(),
+            bound: body.rest.len(),
+            points: BTreeMap::new(),
         }
+    }
+
+    /// How strong two points are at a vertex.
+    pub(crate) fn ranks(&self, view: &View<'_>, vertex: u32, points: [u32; 2]) -> [Option<u32>; 2] {
+        match self.source(vertex) {
+            Source::Row(row) => ranks_in(view.binding, row, points),
+            Source::Known(known) => points.map(|point| {
+                let at = known.iter().position(|&known| known == point);
+                at.map(number)
+            }),
+        }
+    }
+
+    /// The points that act on a vertex, the strongest first.
+    pub(crate) fn points(&self, view: &View<'_>, vertex: u32) -> Vec<u32> {
+        match self.source(vertex) {
+            Source::Row(row) => {
+                let mut points = view.binding.weights(row);
+                points.retain(|(_, weight)| *weight != 0.0);
+                points.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+                points.into_iter().map(|(point, _)| point).collect()
+            }
+            Source::Known(known) => known.to_vec(),
+        }
+    }
+
+    /// The strongest point that acts on a vertex.
+    pub(crate) fn strongest(&self, view: &View<'_>, vertex: u32) -> Option<u32> {
+        match self.source(vertex) {
+            Source::Row(row) => Some(view.binding.dominant()[row]),
+            Source::Known(known) => known.first().copied(),
+        }
+    }
+
+    /// Where the points of a vertex are known from: of one without a row, from its first parent.
+    fn source(&self, vertex: u32) -> Source<'_> {
+        let mut vertex = vertex;
+        loop {
+            if let Some(points) = self.points.get(&vertex) {
+                return Source::Known(points);
+            }
+            match self.parents(vertex) {
+                None => return Source::Row(vertex as usize),
+                Some([]) => return Source::Known(&[]),
+                Some([first, ..]) => vertex = *first,
+            }
+        }
+    }
+
+    /// What a vertex that this batch appended comes from; `None` for an older one.
+    pub(crate) fn parents(&self, vertex: u32) -> Option<&[u32]> {
+        let at = (vertex as usize).checked_sub(self.bound)?;
+        let row = self.vertex_parent_offsets[at]..self.vertex_parent_offsets[at + 1];
+        Some(&self.vertex_parents[row.start as usize..row.end as usize])
+    }
+
+    /// The vertex below `before` that a vertex was split from, perhaps itself; else one that was put between others.
+    pub(crate) fn origin(&self, vertex: u32, before: usize) -> u32 {
+        let mut vertex = vertex;
+        while vertex as usize >= before
+            && let Some([parent]) = self.parents(vertex)
+        {
+            vertex = *parent;
+        }
+        vertex
+    }
+
+    /// Takes note of the points that act on a vertex, the strongest first.
+    pub(crate) fn know(&mut self, vertex: u32, points: Vec<u32>) {
+        self.points.insert(vertex, points);
     }
 
     /// The patch of all that was done.
@@ -80,19 +165,17 @@ impl Body {
                     among,
                 } => {
                     let among = &changes.among[among.start as usize..among.end as usize];
-                    self.born(*cell, *parent, among, batch);
+                    self.born(*cell, *parent, among, &made.placed, batch);
                 }
                 Event::Died { cell, .. } => self.died(*cell, batch),
             }
-        }
-        for &(vertex, position) in &made.placed {
-            self.rest[vertex.index()] = position;
         }
         for volume in changes.touched::<Volume>(&self.map) {
             if self.map.try_dart(volume).is_some() {
                 batch.dirty.insert(self.slot(volume));
             }
         }
+        self.adjacency.follow(&self.map, changes);
         let mut cells = made.cells.clone();
         for (kind, pairs) in [
             (SeamKind::Opened, &made.opened),
@@ -124,6 +207,7 @@ impl Body {
         cell: AnyCell,
         parent: Option<AnyCell>,
         among: &[Cell<Vertex>],
+        placed: &[(Cell<Vertex>, Vector3<f64>)],
         batch: &mut Batch,
     ) {
         match cell {
@@ -133,10 +217,12 @@ impl Body {
                     Some(AnyCell::Vertex(parent)) => &[parent][..],
                     _ => among,
                 };
-                let sum: Vector3<f64> =
-                    parents.iter().map(|parent| self.rest[parent.index()]).sum();
+                let rest = parents.iter().map(|parent| self.rest[parent.index()]);
                 #[expect(clippy::cast_precision_loss, reason = "a vertex has few parents")]
-                self.rest.push(sum / parents.len().max(1) as f64);
+                let midst = || rest.sum::<Vector3<f64>>() / parents.len().max(1) as f64;
+                let known = placed.binary_search_by_key(&vertex, |(placed, _)| *placed);
+                self.rest
+                    .push(known.map_or_else(|_| midst(), |at| placed[at].1));
                 let slots = parents.iter().map(|parent| number(parent.index()));
                 batch.vertex_parents.extend(slots);
                 batch

@@ -8,6 +8,20 @@ use thiserror::Error;
 /// A change of a body. Plain data: cells and vertices are named by their slots, so that a log of requests replays.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
+    /// Tears the body along the frontier between the areas of two points: the vertices that they act on. [T1]
+    ///
+    /// Where the frontier is a set of faces, these open. Where it passes between vertices, the edges across it are split
+    /// in the plane midway between the points [T2], and with them every cell that has vertices in both areas; one of a shape
+    /// that so cannot be parted stays whole, on the side of most of its vertices. Where the frontier is
+    /// ill-defined, because the areas share whole cells or meet nowhere, the areas are drawn anew, first with fewer of
+    /// each vertex's points [T3], then with the vertices beside them [T4].
+    ///
+    /// What was torn stays so: where a later tear cuts cells, so that a part is the other point's than the whole was, it
+    /// opens what joins parts of points that were torn apart before.
+    Separate {
+        /// The points.
+        points: [u32; 2],
+    },
     /// Opens every face that these pairs of cells share.
     Open {
         /// Pairs of cells, by slot.
@@ -27,9 +41,9 @@ pub enum Answer {
     Applied(Done),
     /// Done after the points' areas were drawn anew.
     Refined {
-        /// Of each vertex, so many of its strongest points counted.
+        /// Of each vertex, so many of its strongest points counted. [T3]
         kept: u32,
-        /// So many edges the areas then grew beyond their vertices.
+        /// So many edges the areas then grew beyond their vertices. [T4]
         grown: u32,
         /// What was done.
         done: Done,
@@ -51,6 +65,19 @@ pub struct Done {
     pub vertices: Range<u32>,
     /// What else came of it, in order.
     pub effects: Vec<Effect>,
+}
+
+impl Done {
+    /// Adds what was done next.
+    pub(crate) fn take(&mut self, more: Self) {
+        self.opened += more.opened;
+        self.closed += more.closed;
+        self.cells.extend(more.cells);
+        self.cells.sort_unstable();
+        self.cells.dedup();
+        self.vertices.end = more.vertices.end;
+        self.effects.extend(more.effects);
+    }
 }
 
 /// What followed from a change.
@@ -93,6 +120,28 @@ pub enum Refusal {
         /// The cells.
         cells: [u32; 2],
     },
+    /// A point that does not exist, or acts on no vertex, or twice the same.
+    #[error("point {point} has no area of its own to be separated from the other's")]
+    NoArea {
+        /// The point.
+        point: u32,
+    },
+    /// Areas of points that share whole cells, however few points of each vertex count.
+    #[error("the areas of points {} and {} share {} whole cells; drive each vertex by fewer points", points[0], points[1], cells.len())]
+    Overlap {
+        /// The points.
+        points: [u32; 2],
+        /// The cells that both share.
+        cells: Vec<u32>,
+    },
+    /// Areas of points that meet nowhere, however far they grow.
+    #[error("the areas of points {} and {} do not meet", points[0], points[1])]
+    Gap {
+        /// The points.
+        points: [u32; 2],
+        /// Cells at the borders of the areas, where they were to meet.
+        cells: Vec<u32>,
+    },
     /// A request about nothing.
     #[error("the request names nothing to change")]
     Nothing,
@@ -107,7 +156,8 @@ impl Refusal {
         match self {
             Self::NoCell { cell } => std::slice::from_ref(cell),
             Self::NoFacet { cells } => cells,
-            Self::Nothing | Self::Edit(_) => &[],
+            Self::Overlap { cells, .. } | Self::Gap { cells, .. } => cells,
+            Self::NoArea { .. } | Self::Nothing | Self::Edit(_) => &[],
         }
     }
 }

@@ -2,28 +2,10 @@
 
 mod common;
 
-use common::{Followed, count_fragments};
+use common::{Followed, census, count_fragments, done};
 use proptest::prelude::*;
 use sinew_mesh::shapes;
-use sinew_tearing::{Answer, Done, Effect, Refusal, Request, SeamKind};
-use sinew_topology::{Edge, Face, Vertex, Volume};
-
-fn done(answer: &Answer) -> &Done {
-    match answer {
-        Answer::Applied(done) | Answer::Refined { done, .. } => done,
-        Answer::Refused(refusal) => panic!("refused: {refusal}"),
-    }
-}
-
-fn census(body: &sinew_tearing::Body) -> [usize; 4] {
-    let map = body.map();
-    [
-        map.count::<Vertex>(),
-        map.count::<Edge>(),
-        map.count::<Face>(),
-        map.count::<Volume>(),
-    ]
-}
+use sinew_tearing::{Answer, Effect, Refusal, Request, SeamKind};
 
 #[test]
 fn opening_the_face_of_two_cubes_makes_two_fragments() {

@@ -1,6 +1,7 @@
 //! Cutting volumes along a surface that the caller knows as the sides that vertices lie on.
 
 use crate::error::EditError;
+use crate::map::SIDE;
 use crate::{Cell, Dart, Dimension, Edge, Edit, Face, Map, Vertex, Volume};
 
 /// Where a vertex lies of a cut.
@@ -195,7 +196,34 @@ fn borders(map: &Map, darts: &[Dart], place: &impl Fn(Cell<Vertex>) -> Place) ->
                 break;
             }
         }
-        rings.push(ring);
+        if is_any_above(map, &ring, place) {
+            rings.push(ring);
+        }
     }
     rings
+}
+
+/// Whether what lies beyond a ring of darts, of faces below, has a vertex above: faces wholly on the cut that only faces
+/// below surround are nothing to be parted.
+fn is_any_above(map: &Map, ring: &[Dart], place: &impl Fn(Cell<Vertex>) -> Place) -> bool {
+    let mut faces: Vec<Dart> = Vec::new();
+    let mut queue = ring.to_vec();
+    while let Some(dart) = queue.pop() {
+        let Some(across) = map.beta2(dart) else {
+            continue;
+        };
+        let mut places = map.ring(across).map(|dart| place(map.vertex(dart)));
+        match places.find(|&place| place != Place::On) {
+            Some(Place::Above) => return true,
+            Some(Place::Below | Place::On) => {}
+            None => {
+                let side = |dart: Dart| map.label[SIDE][dart.index()];
+                if !faces.iter().any(|&face| side(face) == side(across)) {
+                    faces.push(across);
+                    queue.extend(map.ring(across));
+                }
+            }
+        }
+    }
+    false
 }

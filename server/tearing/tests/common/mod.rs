@@ -1,25 +1,55 @@
 //! A body, and somebody who follows it by its patches alone.
 
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
 use std::collections::BTreeMap;
 use std::ops::Deref;
 
+use nalgebra::Vector3;
+use sinew_mapping::{Binding, Filter, Kernel, Recipe, Reference, Rule, Weighting, bind};
 use sinew_mesh::{Cells, Grid};
-use sinew_tearing::{Body, Outcome, Patch, Request};
-use sinew_topology::{Face, Volume, Walk};
+use sinew_tearing::{Answer, Body, Done, Outcome, Patch, Request, View};
+use sinew_topology::{Edge, Face, Vertex, Volume, Walk};
 
 /// Checks after each batch that a copy of the cells that knows only the patches is the body's.
 pub(crate) struct Followed {
     body: Body,
+    points: Vec<Vector3<f64>>,
+    recipe: Recipe,
+    binding: Binding,
     copy: Cells,
     vertices: usize,
 }
 
 impl Followed {
+    /// A body that follows a single point.
     pub(crate) fn new(mesh: Grid) -> Self {
+        Self::bound(mesh, vec![Vector3::zeros()], Filter::KeepK(1))
+    }
+
+    /// A body of which each vertex follows the nearest points.
+    pub(crate) fn bound(mesh: Grid, points: Vec<Vector3<f64>>, filter: Filter) -> Self {
+        let recipe = Recipe {
+            weighting: Weighting::Distance {
+                kernel: Kernel::Gaussian,
+                scale: None,
+                coefficients: Vec::new(),
+            },
+            filter,
+            rule: Rule::WeightedMean,
+            reference: Reference::Initial,
+        };
+        Self::with(mesh, points, recipe)
+    }
+
+    pub(crate) fn with(mesh: Grid, points: Vec<Vector3<f64>>, recipe: Recipe) -> Self {
         let (body, _) = Body::new(mesh).expect("a body can be made of it");
         let copy = body.cells();
         let vertices = body.rest().len();
         Self {
+            binding: bound(&body, &points, &recipe),
+            points,
+            recipe,
             body,
             copy,
             vertices,
@@ -28,7 +58,12 @@ impl Followed {
 
     pub(crate) fn apply(&mut self, requests: &[Request]) -> Outcome {
         let version = self.body.version();
-        let outcome = self.body.apply(requests);
+        let view = View {
+            binding: &self.binding,
+            points: &self.points,
+        };
+        let outcome = self.body.apply(requests, &view);
+        self.binding = bound(&self.body, &self.points, &self.recipe);
         if let Some(patch) = &outcome.patch {
             assert_eq!(
                 (patch.from_version, self.body.version()),
@@ -80,6 +115,41 @@ impl Deref for Followed {
 
     fn deref(&self) -> &Body {
         &self.body
+    }
+}
+
+fn bound(body: &Body, points: &[Vector3<f64>], recipe: &Recipe) -> Binding {
+    let usable = vec![true; points.len()];
+    bind(body.rest(), points, &usable, recipe).expect("they can be bound")
+}
+
+/// The volume of all cells, m³.
+pub(crate) fn volume(body: &Body) -> f64 {
+    let grid = Grid {
+        positions: body.rest().to_vec(),
+        cells: body.cells(),
+    };
+    (0..grid.cells.len())
+        .map(|cell| sinew_mesh::volume(&grid, cell))
+        .sum()
+}
+
+/// Vertices, edges, faces and volumes.
+pub(crate) fn census(body: &Body) -> [usize; 4] {
+    let map = body.map();
+    [
+        map.count::<Vertex>(),
+        map.count::<Edge>(),
+        map.count::<Face>(),
+        map.count::<Volume>(),
+    ]
+}
+
+/// What was done.
+pub(crate) fn done(answer: &Answer) -> &Done {
+    match answer {
+        Answer::Applied(done) | Answer::Refined { done, .. } => done,
+        Answer::Refused(refusal) => panic!("refused: {refusal}"),
     }
 }
 
