@@ -9,7 +9,8 @@ pub struct Settings {
     pub release_seconds: f64,
     /// How long its way back takes, s.
     pub take_back_seconds: f64,
-    /// The greatest change of speed from one step to the next that is believed, m/s.
+    /// The greatest change of speed from one step to the next that is believed, m/s; infinite where all is believed, and
+    /// markers keep the names they come under.
     pub max_speed_change: f64,
     /// How long a marker must be seen in an unbelievable place to be believed, s.
     pub believe_seconds: f64,
@@ -55,7 +56,10 @@ impl Settings {
             ("max_speed_change", self.max_speed_change, f64::MIN_POSITIVE),
             ("believe_seconds", self.believe_seconds, 0.0),
         ];
-        let wrong = |&(_, value, least): &(_, f64, f64)| !(value.is_finite() && value >= least);
+        let wrong = |&(field, value, least): &(_, f64, f64)| {
+            let endless = field == "max_speed_change" && value == f64::INFINITY;
+            !(value.is_finite() && value >= least || endless)
+        };
         match fields.into_iter().find(wrong) {
             None => Ok(()),
             Some((field, value, least)) => Err(SettingsError {

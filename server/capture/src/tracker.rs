@@ -197,7 +197,7 @@ impl Tracker {
             assert_eq!(sample.seen.len(), self.markers.len(), "other markers");
             if self.is_cut(sample) {
                 self.started = false;
-            } else {
+            } else if self.settings.max_speed_change.is_finite() {
                 self.tell_apart(sample);
             }
         }

@@ -265,6 +265,26 @@ fn a_marker_without_a_place_at_rest_is_never_anywhere() {
 }
 
 #[test]
+fn where_all_is_believed_jumps_and_swaps_are_shown_as_they_come() {
+    let rest = rest();
+    let all = Settings {
+        max_speed_change: f64::INFINITY,
+        ..Settings::default()
+    };
+    let mut tracker = Tracker::new(&rest, &vec![true; rest.len()], STEP, all).unwrap();
+    for step in 1..50 {
+        let mut sample = sample(rigid, step);
+        if step % 10 == 0 {
+            sample.positions.swap(2, 7);
+            sample.positions[4].y += 50.0;
+        }
+        tracker.step(Some(&sample));
+        assert_eq!(tracker.positions(), sample.positions);
+        assert!(tracker.states().all(|state| state == State::Valid));
+    }
+}
+
+#[test]
 fn settings_that_are_none_are_refused_by_name() {
     let late = Settings {
         release_seconds: 0.05,

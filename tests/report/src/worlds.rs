@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use sinew_engine::{
     ExternalPoints, Filter, Fit, Frame, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe,
-    Reference, Rule, Scene, SceneError, ShapeMatching, UpAxis, Weighting, World,
+    Reference, Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Cell, CellType, Grid};
 use std::sync::Arc;
@@ -25,6 +25,11 @@ pub(crate) fn build(
             labels: (0..rest.len()).map(|i| i.to_string()).collect(),
             rest: rest.to_vec(),
             absent: Vec::new(),
+            tracking: Tracking {
+                // Fields are no bodies: all that they do is meant.
+                max_speed_change: f64::INFINITY,
+                ..Tracking::default()
+            },
         }),
         mesh: MeshSource::Grid(grid),
         mapping,
@@ -76,9 +81,9 @@ pub(crate) fn gaussian(scale: Option<f64>) -> Weighting {
 pub(crate) fn move_to(world: &mut World, positions: &[Vector3<f64>]) -> Arc<Frame> {
     let sample = MotionSample {
         sequence: world.frame().step + 1,
-        capture_time_seconds: world.frame().time_seconds,
+        time: world.frame().time_seconds,
         positions: positions.to_vec(),
-        occluded: vec![false; positions.len()],
+        seen: vec![true; positions.len()],
     };
     world.step(Some(&sample)).expect("a sound motion")
 }
