@@ -192,15 +192,7 @@ impl Edit<'_> {
         if self.map.label[EDGE][far.index()] != label {
             return false;
         }
-        let mut end = near;
-        while let Some(across) = self.map.beta2(end) {
-            end = across;
-            match self.map.beta3(end) {
-                Some(beyond) => end = beyond,
-                None => break,
-            }
-        }
-        if end == far {
+        if self.map.are_around(near, far) {
             return true;
         }
         let new = self.bear(1, Some(AnyCell::of(1, label)), far);
@@ -238,6 +230,22 @@ impl Edit<'_> {
 }
 
 impl Map {
+    /// Whether volumes around their edge join two darts whose β3 is free.
+    fn are_around(&self, near: Dart, far: Dart) -> bool {
+        // From both ends: half as many loads wait for each other, and a boundary is found from where it is nearer.
+        let (mut one, mut other) = (near, far);
+        loop {
+            let across = self.beta2(one);
+            if across == Some(other) {
+                return true;
+            }
+            let Some(beyond) = across.and_then(|across| self.beta3(across)) else {
+                return false;
+            };
+            (one, other) = (other, beyond);
+        }
+    }
+
     /// Whether the ring of `dart` passes a vertex twice, so that one cut may part that in more than two.
     pub(crate) fn passes_twice(&self, dart: Dart) -> bool {
         let label = |dart: Dart| self.label[VERTEX][dart.index()];
