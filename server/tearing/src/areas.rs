@@ -15,6 +15,8 @@ pub struct View<'a> {
     pub binding: &'a Binding,
     /// Where the points were when it was bound, m.
     pub points: &'a [Vector3<f64>],
+    /// Where each vertex is now, m.
+    pub now: &'a [Vector3<f64>],
 }
 
 /// How strong two points are at a vertex: 0 for its strongest point; `None` where a point does not act on it.

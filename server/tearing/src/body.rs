@@ -120,10 +120,11 @@ impl Body {
     /// Answers requests in order, each wholly or not at all.
     ///
     /// # Panics
-    /// If the binding is not one of all vertices of the body and all of the points.
+    /// If the binding or the positions are not those of all vertices of the body.
     pub fn apply(&mut self, requests: &[Request], view: &View<'_>) -> Outcome {
         let bound = view.binding.dominant().len();
         assert_eq!(bound, self.rest.len(), "the binding is not the body's");
+        assert_eq!(view.now.len(), bound, "the positions are not the body's");
         let mut batch = Batch::new(self);
         let answers = requests
             .iter()
@@ -145,7 +146,16 @@ impl Body {
         let done = match request {
             Request::Separate { points } => return self.separate(*points, view, batch),
             Request::Open { facets } => self.open(facets, batch)?,
+            Request::Glue { facets } => self.glue(facets, view, batch)?,
+            Request::Close {
+                fragments,
+                distance,
+            } => self.close(*fragments, *distance, view, batch)?,
             Request::Remove { cells } => self.remove(cells, batch)?,
+            Request::Add { facets, thickness } => self.add(facets, *thickness, batch)?,
+            Request::Subdivide { cells } => self.subdivide(cells, batch)?,
+            Request::Bisect { edges } => self.bisect(edges, batch)?,
+            Request::Collapse { edge } => self.collapse(*edge, batch)?,
         };
         Ok(Answer::Applied(done))
     }

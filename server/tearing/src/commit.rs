@@ -125,6 +125,15 @@ impl Batch {
         vertex
     }
 
+    /// The vertex that was there before the batch and that a vertex comes from, itself or its first parent.
+    pub(crate) fn known_by(&self, vertex: u32) -> u32 {
+        let mut vertex = vertex;
+        while let Some([first, ..]) = self.parents(vertex) {
+            vertex = *first;
+        }
+        vertex
+    }
+
     /// Takes note of the points that act on a vertex, the strongest first.
     pub(crate) fn know(&mut self, vertex: u32, points: Vec<u32>) {
         self.points.insert(vertex, points);

@@ -1,9 +1,12 @@
 //! Cutting cells along a frontier, so that all faces stay plane.
 
 use nalgebra::Vector3;
-use sinew_topology::{Cell, Dart, Edge, Edit, EditError, Face, Map, Place, Vertex, Volume, Walk};
+use sinew_topology::{
+    AnyCell, Cell, Dart, Edge, Edit, EditError, Face, Map, Place, Vertex, Volume, Walk,
+};
 
 use crate::areas::Sides;
+use crate::shape::is_cell;
 
 /// Deviations from a plane below this part of a face's extent are rounding.
 const FLAT: f64 = 1e-12;
@@ -51,7 +54,14 @@ impl Cuts {
                     fan(edit, face)?;
                 }
             }
-            Ok(cut.volumes)
+            let mut parts = cut.volumes.iter().copied().chain([volume]);
+            match parts.find(|&part| !is_cell(edit.map(), part, walk)) {
+                Some(part) => Err(EditError::WrongShape {
+                    cell: AnyCell::Volume(part),
+                    needed: "cell of a mesh",
+                }),
+                None => Ok(cut.volumes),
+            }
         });
         match cut {
             Ok(volumes) => {

@@ -22,7 +22,7 @@
 //! let binding = bind(body.rest(), &points, &[true, true], &recipe).expect("they can be bound");
 //!
 //! // They come apart between the points: the four vertices that both move become eight, and a fragment is born.
-//! let view = View { binding: &binding, points: &points };
+//! let view = View { binding: &binding, points: &points, now: &body.rest().to_vec() };
 //! let outcome = body.apply(&[Request::Separate { points: [0, 1] }], &view);
 //! let Answer::Applied(done) = &outcome.answers[0] else { panic!("refused") };
 //! assert_eq!(done.effects, [Effect::FragmentBorn { fragment: 1, parent: 0, cells: 1 }]);
@@ -32,18 +32,22 @@
 //! # Ok::<(), sinew_tearing::BodyError>(())
 //! ```
 
+mod add;
 mod areas;
 mod body;
 mod commit;
 mod cut;
 mod fractures;
 mod fragments;
+mod glue;
 mod open;
 mod patch;
+mod refine;
 mod request;
 mod separate;
+mod shape;
 
 pub use areas::View;
 pub use body::{Body, BodyError, BodyReport, Outcome};
 pub use patch::{Patch, Seam, SeamKind};
-pub use request::{Answer, Done, Effect, Refusal, Request};
+pub use request::{Answer, Done, Effect, Facet, Refusal, Request};

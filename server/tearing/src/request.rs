@@ -27,11 +27,54 @@ pub enum Request {
         /// Pairs of cells, by slot.
         facets: Vec<[u32; 2]>,
     },
+    /// Glues faces of the boundary to each other that are the two sides of a tear: that lie upon each other at rest.
+    Glue {
+        /// Pairs of faces.
+        facets: Vec<[Facet; 2]>,
+    },
+    /// Glues all two sides of tears between two fragments, or within one, that are near each other again.
+    Close {
+        /// The fragments, perhaps the same.
+        fragments: [u32; 2],
+        /// How far each two vertices that are to become one may be apart now, m.
+        distance: f64,
+    },
     /// Takes cells away.
     Remove {
         /// The cells, by slot.
         cells: Vec<u32>,
     },
+    /// Adds new material: a prism on each of some faces of the boundary.
+    Add {
+        /// The faces.
+        facets: Vec<Facet>,
+        /// How high it is at rest, m, > 0.
+        thickness: f64,
+    },
+    /// Divides cells: hexahedra in eight each if all are, else each in a pyramid from its midst over each face.
+    Subdivide {
+        /// The cells, by slot.
+        cells: Vec<u32>,
+    },
+    /// Halves edges, and with each all cells around it, which must be tetrahedra.
+    Bisect {
+        /// The vertices at the ends of each edge.
+        edges: Vec<[u32; 2]>,
+    },
+    /// Draws an edge together to a vertex where the first one is. Refused where that would change what the mesh is.
+    Collapse {
+        /// The vertices at the ends of the edge.
+        edge: [u32; 2],
+    },
+}
+
+/// A face of a cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Facet {
+    /// The cell, by slot.
+    pub cell: u32,
+    /// The face's vertices, in any order.
+    pub vertices: Vec<u32>,
 }
 
 /// What came of a request.
@@ -142,6 +185,36 @@ pub enum Refusal {
         /// Cells at the borders of the areas, where they were to meet.
         cells: Vec<u32>,
     },
+    /// A face that a cell does not have, or shares with another cell.
+    #[error("cell {cell} has no such face, or shares it with another cell")]
+    NoFreeFacet {
+        /// The cell.
+        cell: u32,
+    },
+    /// Faces that do not lie upon each other at rest.
+    #[error("faces of cells {} and {} do not lie upon each other at rest; only what was torn can be glued", cells[0], cells[1])]
+    Apart {
+        /// The cells.
+        cells: [u32; 2],
+    },
+    /// Cells that would touch themselves.
+    #[error("{} cells would touch themselves", cells.len())]
+    Spoilt {
+        /// The cells.
+        cells: Vec<u32>,
+    },
+    /// Two vertices that no edge joins.
+    #[error("no edge joins vertices {} and {}", vertices[0], vertices[1])]
+    NoEdge {
+        /// The vertices.
+        vertices: [u32; 2],
+    },
+    /// A thickness that is none.
+    #[error("a thickness of {thickness} m: give one above 0")]
+    Thickness {
+        /// The thickness, m.
+        thickness: f64,
+    },
     /// A request about nothing.
     #[error("the request names nothing to change")]
     Nothing,
@@ -154,10 +227,14 @@ impl Refusal {
     /// The cells that stand in the way, by slot.
     pub fn cells(&self) -> &[u32] {
         match self {
-            Self::NoCell { cell } => std::slice::from_ref(cell),
-            Self::NoFacet { cells } => cells,
-            Self::Overlap { cells, .. } | Self::Gap { cells, .. } => cells,
-            Self::NoArea { .. } | Self::Nothing | Self::Edit(_) => &[],
+            Self::NoCell { cell } | Self::NoFreeFacet { cell } => std::slice::from_ref(cell),
+            Self::NoFacet { cells } | Self::Apart { cells } => cells,
+            Self::Spoilt { cells } | Self::Overlap { cells, .. } | Self::Gap { cells, .. } => cells,
+            Self::NoEdge { .. }
+            | Self::Thickness { .. }
+            | Self::NoArea { .. }
+            | Self::Nothing
+            | Self::Edit(_) => &[],
         }
     }
 }

@@ -175,7 +175,12 @@ impl Body {
     }
 
     /// The point that a volume follows.
-    fn owner(&mut self, volume: Cell<Volume>, view: &View<'_>, batch: &Batch) -> Option<u32> {
+    pub(crate) fn owner(
+        &mut self,
+        volume: Cell<Volume>,
+        view: &View<'_>,
+        batch: &Batch,
+    ) -> Option<u32> {
         let (mut votes, mut sum, mut count) = (Vec::new(), Vector3::zeros(), 0.0);
         for vertex in self.map.incident::<Volume, Vertex>(volume, &mut self.walk) {
             votes.extend(batch.strongest(view, number(vertex.index())));

@@ -58,9 +58,11 @@ impl Followed {
 
     pub(crate) fn apply(&mut self, requests: &[Request]) -> Outcome {
         let version = self.body.version();
+        let now = self.body.rest().to_vec();
         let view = View {
             binding: &self.binding,
             points: &self.points,
+            now: &now,
         };
         let outcome = self.body.apply(requests, &view);
         self.binding = bound(&self.body, &self.points, &self.recipe);
@@ -69,7 +71,7 @@ impl Followed {
                 (patch.from_version, self.body.version()),
                 (version, version + 1)
             );
-            self.follow(patch);
+            self.follow(patch, requests);
         } else {
             assert_eq!(self.body.version(), version);
         }
@@ -78,7 +80,7 @@ impl Followed {
         outcome
     }
 
-    fn follow(&mut self, patch: &Patch) {
+    fn follow(&mut self, patch: &Patch, requests: &[Request]) {
         let Patch {
             vertex_parents,
             vertex_parent_offsets: offsets,
@@ -105,7 +107,7 @@ impl Followed {
         self.copy = self
             .copy
             .patched(slots, cells, self.vertices)
-            .expect("it fits");
+            .unwrap_or_else(|error| panic!("{requests:?}: {error}"));
         assert_eq!(self.copy.hash(), patch.hash);
     }
 }
@@ -169,4 +171,9 @@ pub(crate) fn count_fragments(body: &Body) -> usize {
         assert_eq!(sizes.get(&fragment).copied().unwrap_or(0), size);
     }
     sizes.len()
+}
+
+/// A count or an index as slots are.
+pub(crate) fn number(count: usize) -> u32 {
+    u32::try_from(count).expect("test bodies are small")
 }
