@@ -54,7 +54,7 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
                 v1::Pace::Unpaced => Drive::Unpaced,
             };
             (
-                engine::Motion::MassSpring(mass_spring(network)?),
+                engine::Motion::Particles(Box::new(mass_spring(network)?)),
                 DEFAULT_TIME_STEP,
                 drive,
             )
@@ -128,7 +128,7 @@ fn tracking(tracking: v1::Tracking) -> engine::Tracking {
     }
 }
 
-fn mass_spring(network: v1::MassSpring) -> Result<engine::MassSpring> {
+fn mass_spring(network: v1::MassSpring) -> Result<engine::SystemSpec> {
     let field = |name: &str| format!("scene.motion.mass_spring.{name}");
     let positions = vectors(network.positions.as_ref(), &field("positions"))?;
     let ends = indices(network.springs.as_ref(), &field("springs"))?;
@@ -161,13 +161,7 @@ fn mass_spring(network: v1::MassSpring) -> Result<engine::MassSpring> {
         _ => None,
     };
     let gravity = network.gravity.unwrap_or_default();
-    Ok(engine::MassSpring {
-        masses: column(
-            network.masses.as_ref(),
-            "masses",
-            positions.len(),
-            Some(1.0),
-        )?,
+    let elastic = engine::Elastic {
         stiffness: column(network.stiffness.as_ref(), "stiffness", springs.len(), None)?,
         damping: column(
             network.damping.as_ref(),
@@ -175,12 +169,20 @@ fn mass_spring(network: v1::MassSpring) -> Result<engine::MassSpring> {
             springs.len(),
             Some(0.0),
         )?,
+        rest_lengths,
+    };
+    let masses = network.masses.as_ref();
+    Ok(engine::SystemSpec {
+        masses: column(masses, "masses", positions.len(), Some(1.0))?,
         fixed: indices(network.fixed.as_ref(), &field("fixed"))?,
-        springs: springs.to_vec(),
+        links: vec![engine::Links {
+            ends: springs.to_vec(),
+            law: engine::LinkLaw::Spring(elastic),
+        }],
         gravity: Vector3::new(gravity.x, gravity.y, gravity.z),
         positions,
         velocities,
-        rest_lengths,
+        ..engine::SystemSpec::default()
     })
 }
 

@@ -6,10 +6,10 @@ use std::{collections::BTreeMap, fmt::Display, sync::Arc};
 use nalgebra::Vector3;
 use sinew_capture::Tracker;
 use sinew_mesh::{Capsule, Grid, GridError, Inspection};
-use sinew_particles::{Network, NetworkError};
 
 use crate::{
     frame::{Frame, Layout, PointState},
+    particles::system_points,
     rest::Rest,
     scene::{ExternalPoints, Lattice, MeshSource, Motion, Scene, SceneError},
     world::{LIMIT, Source, World, first_out_of_range},
@@ -25,12 +25,12 @@ const LONGEST_STEP: f64 = 86_400.0;
 const EXTERNAL: &str = "scene.motion.external";
 
 /// The points as a scene gives them.
-struct Points {
-    source: Source,
-    labels: Vec<String>,
-    rest: Vec<Vector3<f64>>,
-    states: Vec<PointState>,
-    warnings: Vec<String>,
+pub(crate) struct Points {
+    pub(crate) source: Source,
+    pub(crate) labels: Vec<String>,
+    pub(crate) rest: Vec<Vector3<f64>>,
+    pub(crate) states: Vec<PointState>,
+    pub(crate) warnings: Vec<String>,
 }
 
 impl World {
@@ -57,7 +57,7 @@ impl World {
         }
         let mut points = match motion {
             Motion::External(points) => external(points, time_step)?,
-            Motion::MassSpring(network) => network_points(network, time_step)?,
+            Motion::Particles(spec) => system_points(*spec, time_step)?,
         };
         let grid = match mesh {
             MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
@@ -205,27 +205,6 @@ fn check_labels(labels: &[String]) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn network_points(spec: crate::scene::MassSpring, time_step: f64) -> Result<Points, SceneError> {
-    let network = Network::new(spec).map_err(|error| network_refusal(&error))?;
-    let rest = network.positions().to_vec();
-    in_range(&rest, "scene.motion.mass_spring.positions")?;
-    let stable = network.largest_stable_step();
-    let warnings = if time_step > stable {
-        vec![format!(
-            "time_step_seconds is {time_step:.3e} s and the network is stable up to about {stable:.3e} s: it may diverge"
-        )]
-    } else {
-        Vec::new()
-    };
-    Ok(Points {
-        labels: (0..rest.len()).map(|i| i.to_string()).collect(),
-        states: vec![PointState::Valid; rest.len()],
-        source: Source::Network(Box::new(network)),
-        rest,
-        warnings,
-    })
-}
-
 /// Refuses a mesh that cannot be deformed, and warns of what can but looks like a mistake.
 fn checked(grid: Grid, warnings: &mut Vec<String>) -> Result<Grid, SceneError> {
     grid.check().map_err(|error| grid_refusal(&error))?;
@@ -337,34 +316,6 @@ fn lattice_grid(lattice: &Lattice, points: &Points) -> Result<Grid, SceneError> 
         .map_err(|error| kernel_refusal("LATTICE_REFUSED", FIELD, &error))
 }
 
-fn network_refusal(error: &NetworkError) -> SceneError {
-    const FIELD: &str = "scene.motion.mass_spring";
-    let (reason, field) = match error {
-        NetworkError::Length { column, .. } => ("LENGTH_MISMATCH", format!("{FIELD}.{column}")),
-        NetworkError::Value {
-            column,
-            entry,
-            value,
-            ..
-        } => (
-            if value.is_finite() {
-                "VALUE_OUT_OF_RANGE"
-            } else {
-                "VALUE_NOT_FINITE"
-            },
-            format!("{FIELD}.{column}[{entry}]"),
-        ),
-        NetworkError::Gravity { .. } => ("VALUE_NOT_FINITE", format!("{FIELD}.gravity")),
-        NetworkError::Index { column, entry, .. } => {
-            ("INDEX_OUT_OF_RANGE", format!("{FIELD}.{column}[{entry}]"))
-        }
-        NetworkError::SelfSpring { spring, .. } => {
-            ("SPRING_DEGENERATE", format!("{FIELD}.springs[{spring}]"))
-        }
-    };
-    kernel_refusal(reason, field, error)
-}
-
 fn grid_refusal(error: &GridError) -> SceneError {
     let reason = if matches!(error, GridError::IndexOutOfRange { .. }) {
         "INDEX_OUT_OF_RANGE"
@@ -389,7 +340,7 @@ pub(crate) fn kernel_refusal(
     }
 }
 
-fn in_range(positions: &[Vector3<f64>], field: &str) -> Result<(), SceneError> {
+pub(crate) fn in_range(positions: &[Vector3<f64>], field: &str) -> Result<(), SceneError> {
     let Some(i) = first_out_of_range(positions) else {
         return Ok(());
     };

@@ -7,6 +7,7 @@ mod change;
 mod digest;
 mod explain;
 mod frame;
+mod particles;
 mod rest;
 mod scene;
 mod world;
@@ -16,9 +17,10 @@ pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Doubt, Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use scene::{
-    Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MassSpring,
-    MeshSource, Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
-    Reference, Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
+    Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MeshSource,
+    Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
+    Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
 };
+pub use sinew_particles::{Elastic, LinkLaw, Links, SystemSpec};
 pub use sinew_tearing::{Patch, Seam, SeamKind};
 pub use world::{RemapError, StepError, World};

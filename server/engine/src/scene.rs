@@ -6,6 +6,7 @@ pub use sinew_mapping::{
     Reference, Rule, ShapeMatching, Weighting,
 };
 use sinew_mesh::Grid;
+use sinew_particles::SystemSpec;
 
 /// A scene as posted. [`crate::World::build`] checks all of it.
 #[derive(Clone, Debug)]
@@ -47,18 +48,16 @@ pub enum UpAxis {
 pub enum Motion {
     /// Points streamed in.
     External(ExternalPoints),
-    /// A mass-spring network.
-    MassSpring(MassSpring),
+    /// Particles that the world moves itself.
+    Particles(Box<SystemSpec>),
 }
 
 impl Motion {
-    /// One label per point; the points of a network are labelled by their indices.
+    /// One label per point; particles are labelled by their indices.
     pub fn labels(&self) -> Vec<String> {
         match self {
             Self::External(points) => points.labels.clone(),
-            Self::MassSpring(network) => (0..network.positions.len())
-                .map(|i| i.to_string())
-                .collect(),
+            Self::Particles(spec) => (0..spec.positions.len()).map(|i| i.to_string()).collect(),
         }
     }
 }
@@ -75,9 +74,6 @@ pub struct ExternalPoints {
     /// For how long, and how far, points are believed.
     pub tracking: Tracking,
 }
-
-/// A mass-spring network; columns as in `sinew.v1.MassSpring`, broadcast already.
-pub use sinew_particles::NetworkSpec as MassSpring;
 
 /// Where the mesh comes from.
 #[derive(Clone, Debug)]

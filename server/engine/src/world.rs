@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_capture::Tracker;
-use sinew_particles::{Diverged, Network};
+use sinew_particles::{Diverged, System};
 
 use crate::{
     blend::Blend,
@@ -62,7 +62,7 @@ const LONGEST_BLEND: f64 = 86_400.0;
 pub(crate) enum Source {
     /// Whoever calls [`World::step`].
     External(Box<Tracker>),
-    Network(Box<Network>),
+    Particles(Box<System>),
 }
 
 /// Points, mesh and mapping, and the step that binds them.
@@ -105,9 +105,9 @@ impl World {
         next.time_seconds = time;
         match &mut self.source {
             Source::External(tracker) => follow(tracker, sample, &mut next),
-            Source::Network(network) => {
-                network.step(self.time_step)?;
-                next.points.copy_from_slice(network.positions());
+            Source::Particles(system) => {
+                system.step(self.time_step)?;
+                next.points.copy_from_slice(system.positions());
             }
         }
         self.bound.binding.pose(&next.points, &mut next.vertices)?;
@@ -267,7 +267,11 @@ impl World {
             blend.digest(&mut digest);
         }
         match &self.source {
-            Source::Network(network) => digest.vectors(network.velocities()),
+            Source::Particles(system) => {
+                for column in system.hidden_state() {
+                    digest.bytes(bytemuck::cast_slice(column));
+                }
+            }
             Source::External(tracker) => digest.words(&tracker.state().collect::<Vec<_>>()),
         }
         digest.finish()

@@ -3,9 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use sinew_engine::{
-    CellShape, ExternalPoints, Filter, Fit, Kernel, Lattice, Mapping, MassSpring, MeshSource,
-    Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError, ShapeMatching,
-    StepError, Tracking, UpAxis, Weighting, World,
+    CellShape, Elastic, ExternalPoints, Filter, Fit, Kernel, Lattice, LinkLaw, Links, Mapping,
+    MeshSource, Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError,
+    ShapeMatching, StepError, SystemSpec, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
 
@@ -78,18 +78,23 @@ fn sample(sequence: u64, positions: Vec<Vector3<f64>>) -> MotionSample {
 /// A chain of masses that hangs from its first one, with cubes around it.
 fn chain() -> Scene {
     let count = 20_u32;
-    let network = MassSpring {
+    let particles = SystemSpec {
         positions: (0..count)
             .map(|i| Vector3::new(f64::from(i) * 0.1, 0.0, 0.0))
             .collect(),
         velocities: vec![Vector3::zeros(); count as usize],
         masses: vec![0.1; count as usize],
         fixed: vec![0],
-        springs: (1..count).map(|i| [i - 1, i]).collect(),
-        stiffness: vec![200.0; count as usize - 1],
-        damping: vec![0.1; count as usize - 1],
-        rest_lengths: None,
+        links: vec![Links {
+            ends: (1..count).map(|i| [i - 1, i]).collect(),
+            law: LinkLaw::Spring(Elastic {
+                stiffness: vec![200.0; count as usize - 1],
+                damping: vec![0.1; count as usize - 1],
+                rest_lengths: None,
+            }),
+        }],
         gravity: Vector3::new(0.0, 0.0, -9.81),
+        ..SystemSpec::default()
     };
     let lattice = Lattice {
         shape: CellShape::Hexahedron,
@@ -98,7 +103,7 @@ fn chain() -> Scene {
         bones: Vec::new(),
     };
     scene(
-        Motion::MassSpring(network),
+        Motion::Particles(Box::new(particles)),
         MeshSource::Lattice(lattice),
         Rule::WeightedMean,
     )
@@ -279,7 +284,7 @@ type Spoil = (fn(&mut Scene), &'static str, &'static str);
 fn points(scene: &mut Scene) -> &mut ExternalPoints {
     match &mut scene.motion {
         Motion::External(points) => points,
-        Motion::MassSpring(_) => unreachable!("the cube's points are external"),
+        Motion::Particles(_) => unreachable!("the cube's points are external"),
     }
 }
 fn grid(scene: &mut Scene) -> &mut Grid {

@@ -1,38 +1,55 @@
-//! Particle systems: mass-spring networks under gravity, integrated by semi-implicit Euler.
+//! Particle systems: masses and bodies with an orientation, joined by links of many laws.
 //!
-//! A [`NetworkSpec`] says what is wanted, [`Network::new`] checks every value of it, and [`Network::step`] moves the
+//! A [`SystemSpec`] says what is wanted, [`System::new`] checks every value of it, and [`System::step`] moves the
 //! particles. SI units, world frame, double precision. Results have the same bits for any number of threads.
 //!
 //! ```
 //! use nalgebra::Vector3;
-//! use sinew_particles::{Network, NetworkSpec};
+//! use sinew_particles::{Elastic, LinkLaw, Links, System, SystemSpec};
 //!
-//! let mut network = Network::new(NetworkSpec {
+//! let mut system = System::new(SystemSpec {
 //!     positions: vec![Vector3::zeros(), Vector3::new(1.0, 0.0, 0.0)],
 //!     velocities: vec![Vector3::zeros(); 2],
 //!     masses: vec![1.0, 0.5],
 //!     fixed: vec![0],
-//!     springs: vec![[0, 1]],
-//!     stiffness: vec![100.0],
-//!     damping: vec![0.1],
-//!     rest_lengths: None,
+//!     links: vec![Links {
+//!         ends: vec![[0, 1]],
+//!         law: LinkLaw::Spring(Elastic {
+//!             stiffness: vec![100.0],
+//!             damping: vec![0.1],
+//!             rest_lengths: None,
+//!         }),
+//!     }],
 //!     gravity: Vector3::new(0.0, 0.0, -9.81),
+//!     ..SystemSpec::default()
 //! })?;
-//! let dt = 0.5 * network.largest_stable_step();
+//! let dt = 0.5 * system.largest_stable_step();
 //! for _ in 0..100 {
-//!     network.step(dt)?;
+//!     system.step(dt)?;
 //! }
-//! assert_eq!(network.positions()[0], Vector3::zeros());
-//! assert!(network.positions()[1].z < 0.0);
+//! assert_eq!(system.positions()[0], Vector3::zeros());
+//! assert!(system.positions()[1].z < 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! The tags in the documentation, such as `[P1]`, are the lines of `EQUATIONS.md`.
 
+mod check;
 mod error;
-mod network;
+mod guard;
+mod integrate;
+mod krylov;
+mod links;
+mod model;
+mod rows;
 mod spec;
+mod state;
+mod stepping;
+mod system;
+mod track;
 
-pub use error::{Diverged, NetworkError};
-pub use network::Network;
-pub use spec::NetworkSpec;
+pub use error::{Diverged, Fault, SpecError};
+pub use links::{Elastic, LinkLaw, Links};
+pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
+pub use system::System;
+pub use track::Track;

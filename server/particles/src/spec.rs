@@ -1,143 +1,210 @@
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::NetworkError;
+use crate::{
+    Fault, Links, SpecError, Track,
+    check::{self, Checked, NOT_NEGATIVE, POSITIVE, not_negative, positive},
+};
 
-/// A mass-spring network as described, before anything is checked. Columns have one entry per particle or per spring.
+/// A system of particles as described, before anything is checked. Columns have one entry per particle.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct NetworkSpec {
-    /// At the start, m, one per particle.
+pub struct SystemSpec {
+    /// At the start, m.
     pub positions: Vec<Vector3<f64>>,
-    /// At the start, m/s, one per particle; that of a fixed particle is taken as zero.
+    /// At the start, m/s; that of a particle that is fixed or driven does not count.
     pub velocities: Vec<Vector3<f64>>,
-    /// kg, > 0, one per particle.
+    /// kg, > 0.
     pub masses: Vec<f64>,
     /// Particles that never move; naming one twice is the same as once.
     pub fixed: Vec<u32>,
-    /// The two particles of each spring.
-    pub springs: Vec<[u32; 2]>,
-    /// N/m, ≥ 0, one per spring.
-    pub stiffness: Vec<f64>,
-    /// N s/m along the spring, ≥ 0, one per spring.
-    pub damping: Vec<f64>,
-    /// m, ≥ 0, one per spring; `None` for the distances at the start.
-    pub rest_lengths: Option<Vec<f64>>,
+    /// Particles whose motion is imposed.
+    pub driven: Vec<Driven>,
+    /// Forces from outside.
+    pub forces: Vec<ExternalForce>,
     /// m/s².
     pub gravity: Vector3<f64>,
+    /// Drag on every particle, N s/m, ≥ 0.
+    pub damping: f64,
+    /// Orientations; `None` for points without.
+    pub frames: Option<FrameSpec>,
+    /// Links between pairs of particles, in batches of one law each.
+    pub links: Vec<Links>,
+    /// How a step is taken.
+    pub integrator: Integrator,
+    /// How a step is divided.
+    pub stepping: Stepping,
 }
 
-impl NetworkSpec {
-    pub(crate) fn check(&self) -> Result<(), NetworkError> {
+/// A particle whose motion is imposed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driven {
+    /// Which.
+    pub particle: u32,
+    /// Its position, m, against time.
+    pub path: Track,
+}
+
+/// A force from outside on one particle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExternalForce {
+    /// Which.
+    pub particle: u32,
+    /// N, against time.
+    pub force: Track,
+}
+
+/// What makes points to bodies with an orientation. Columns have one entry per particle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameSpec {
+    /// At the start: world from body.
+    pub orientations: Vec<UnitQuaternion<f64>>,
+    /// At the start, 1/s, world frame; that of a particle that is fixed or driven does not count.
+    pub spins: Vec<Vector3<f64>>,
+    /// Moments of inertia about the body's axes, kg m², > 0.
+    pub moments: Vec<Vector3<f64>>,
+    /// Drag on every particle's spin, N m s, ≥ 0.
+    pub damping: f64,
+}
+
+/// How a step is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Velocities, then positions with the new velocities: order 1, symplectic without damping.
+    #[default]
+    SemiImplicitEuler,
+    /// Half a kick, a drift, half a kick: order 2, symplectic without damping.
+    VelocityVerlet,
+    /// The classical method of four stages: order 4; loses a little energy.
+    RungeKutta4,
+    /// One linear solve per step: order 1, stable for stiff links at any step, and damps them.
+    LinearlyImplicitEuler,
+    /// Solved by Newton's method: order 2, stable for stiff links, keeps quadratic invariants.
+    ImplicitMidpoint,
+}
+
+/// How a step is divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Stepping {
+    /// Not at all.
+    #[default]
+    Fixed,
+    /// Into equal substeps that stability allows as things stand at its start.
+    Stable {
+        /// The most substeps of a step.
+        most: u32,
+    },
+    /// Into substeps whose error, as two halves of one tell it, stays within a tolerance.
+    Adaptive {
+        /// Error of a position in one substep, m, > 0.
+        tolerance: f64,
+        /// The most substeps of a step.
+        most: u32,
+    },
+}
+
+impl SystemSpec {
+    pub(crate) fn check(&self) -> Checked {
         // Exhaustive: a new column does not compile until its check is considered.
         let Self {
             positions,
             velocities,
             masses,
             fixed,
-            springs,
-            stiffness,
-            damping,
-            rest_lengths,
+            driven,
+            forces,
             gravity,
+            damping,
+            frames,
+            links,
+            integrator: _,
+            stepping,
         } = self;
         let particles = positions.len();
-        length("velocities", velocities.len(), particles, "particles")?;
-        length("masses", masses.len(), particles, "particles")?;
-        length("stiffness", stiffness.len(), springs.len(), "springs")?;
-        length("damping", damping.len(), springs.len(), "springs")?;
-
-        finite("positions", positions)?;
-        finite("velocities", velocities)?;
-        if let Some(&value) = gravity.iter().find(|value| !value.is_finite()) {
-            return Err(NetworkError::Gravity { value });
+        check::length("velocities", velocities.len(), particles, "particles")?;
+        check::length("masses", masses.len(), particles, "particles")?;
+        check::finite("positions", positions)?;
+        check::finite("velocities", velocities)?;
+        check::finite_vector("gravity", gravity)?;
+        check::column("masses", masses, positive, POSITIVE)?;
+        check::number("damping", *damping, not_negative, NOT_NEGATIVE)?;
+        if let Some(frames) = frames {
+            frames.check(particles)?;
         }
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        admit("masses", masses, positive, "finite and above 0")?;
-        let not_negative = |value: f64| value.is_finite() && value >= 0.0;
-        let rule = "finite and not below 0";
-        admit("stiffness", stiffness, not_negative, rule)?;
-        admit("damping", damping, not_negative, rule)?;
-        if let Some(rest_lengths) = rest_lengths {
-            length("rest_lengths", rest_lengths.len(), springs.len(), "springs")?;
-            admit("rest_lengths", rest_lengths, not_negative, rule)?;
+        for (batch, links) in links.iter().enumerate() {
+            links.check(&format!("links[{batch}]"), particles)?;
         }
-
         for (entry, &index) in fixed.iter().enumerate() {
-            exists("fixed", entry, index, particles)?;
+            check::exists(&format!("fixed[{entry}]"), index, particles)?;
         }
-        for (spring, &[left, right]) in springs.iter().enumerate() {
-            exists("springs", spring, left, particles)?;
-            exists("springs", spring, right, particles)?;
-            if left == right {
-                let particle = left;
-                return Err(NetworkError::SelfSpring { spring, particle });
-            }
+        check_driven(driven, fixed, particles)?;
+        for (entry, ExternalForce { particle, force }) in forces.iter().enumerate() {
+            check::exists(&format!("forces[{entry}].particle"), *particle, particles)?;
+            force.check(&format!("forces[{entry}].force"))?;
         }
-        Ok(())
+        stepping.check()
     }
 }
 
-fn length(
-    column: &'static str,
-    found: usize,
-    expected: usize,
-    owner: &'static str,
-) -> Result<(), NetworkError> {
-    if found == expected {
-        return Ok(());
+fn check_driven(driven: &[Driven], fixed: &[u32], particles: usize) -> Checked {
+    let mut moved: Vec<Option<&'static str>> = vec![None; particles];
+    for &particle in fixed {
+        moved[particle as usize] = Some("fixed");
     }
-    Err(NetworkError::Length {
-        column,
-        found,
-        expected,
-        owner,
-    })
-}
-
-fn finite(column: &'static str, vectors: &[Vector3<f64>]) -> Result<(), NetworkError> {
-    for (entry, vector) in vectors.iter().enumerate() {
-        if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
-            let rule = "finite in every component";
-            return Err(NetworkError::Value {
-                column,
-                entry,
-                value,
-                rule,
-            });
+    for (entry, &Driven { particle, ref path }) in driven.iter().enumerate() {
+        let field = format!("driven[{entry}].particle");
+        check::exists(&field, particle, particles)?;
+        if let Some(already) = moved[particle as usize].replace("driven already") {
+            let fault = Fault::Twice { particle, already };
+            return Err(SpecError { field, fault });
         }
+        path.check(&format!("driven[{entry}].path"))?;
     }
     Ok(())
 }
 
-fn admit(
-    column: &'static str,
-    values: &[f64],
-    admits: impl Fn(f64) -> bool,
-    rule: &'static str,
-) -> Result<(), NetworkError> {
-    match values.iter().position(|&value| !admits(value)) {
-        None => Ok(()),
-        Some(entry) => Err(NetworkError::Value {
-            column,
-            entry,
-            value: values[entry],
-            rule,
-        }),
+impl FrameSpec {
+    fn check(&self, particles: usize) -> Checked {
+        let Self {
+            orientations,
+            spins,
+            moments,
+            damping,
+        } = self;
+        let lengths = [
+            ("frames.orientations", orientations.len()),
+            ("frames.spins", spins.len()),
+            ("frames.moments", moments.len()),
+        ];
+        for (field, found) in lengths {
+            check::length(field, found, particles, "particles")?;
+        }
+        for (entry, orientation) in orientations.iter().enumerate() {
+            let norm = orientation.coords.norm();
+            let unit = |norm: f64| (norm - 1.0).abs() < 1e-6;
+            let field = format!("frames.orientations[{entry}]");
+            check::number(&field, norm, unit, "of length 1")?;
+        }
+        check::finite("frames.spins", spins)?;
+        for (entry, moments) in moments.iter().enumerate() {
+            let field = format!("frames.moments[{entry}]");
+            check::column(&field, moments.as_slice(), positive, POSITIVE)?;
+        }
+        check::number("frames.damping", *damping, not_negative, NOT_NEGATIVE)
     }
 }
 
-fn exists(
-    column: &'static str,
-    entry: usize,
-    index: u32,
-    particles: usize,
-) -> Result<(), NetworkError> {
-    if (index as usize) < particles {
-        return Ok(());
+impl Stepping {
+    fn check(&self) -> Checked {
+        let at_least_one = |most: u32| {
+            let rule = "at least 1";
+            check::number("stepping.most", f64::from(most), |most| most >= 1.0, rule)
+        };
+        match *self {
+            Self::Fixed => Ok(()),
+            Self::Stable { most } => at_least_one(most),
+            Self::Adaptive { tolerance, most } => {
+                check::number("stepping.tolerance", tolerance, positive, POSITIVE)?;
+                at_least_one(most)
+            }
+        }
     }
-    Err(NetworkError::Index {
-        column,
-        entry,
-        index,
-        particles,
-    })
 }

@@ -107,7 +107,7 @@ fn springs_that_are_none() {
         ),
         (
             |s| posted::network(s).springs = Some(Indices::pack(&[0, 1, 2, 2])),
-            "SPRING_DEGENERATE",
+            "LINK_DEGENERATE",
             "scene.motion.mass_spring.springs[1]",
         ),
     ]);

@@ -1,0 +1,160 @@
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::{
+    Diverged, Integrator, SpecError, Stepping, SystemSpec, integrate::Workspace, model::Model,
+    state::State,
+};
+
+/// Particles and what acts between and on them.
+///
+/// Columns have one entry per particle.
+#[derive(Clone, Debug)]
+pub struct System {
+    pub(crate) model: Model,
+    pub(crate) state: State,
+    /// Simulated time, s.
+    pub(crate) time: f64,
+    pub(crate) integrator: Integrator,
+    pub(crate) stepping: Stepping,
+    /// The substep that the tolerance bore last, s.
+    pub(crate) adapted: Option<f64>,
+    pub(crate) workspace: Workspace,
+}
+
+impl System {
+    /// Checks every value of `spec` and builds the system. Linear in particles; n log n in links.
+    ///
+    /// # Errors
+    /// The first value at fault, with its field and what it should be.
+    pub fn new(spec: SystemSpec) -> Result<Self, SpecError> {
+        spec.check()?;
+        let SystemSpec {
+            integrator,
+            stepping,
+            ..
+        } = spec;
+        let (model, state) = Model::new(spec);
+        Ok(Self {
+            workspace: Workspace::new(&state),
+            model,
+            state,
+            time: 0.0,
+            integrator,
+            stepping,
+            adapted: None,
+        })
+    }
+
+    /// Takes a step of `dt` > 0 seconds, divided as [`SystemSpec::stepping`] says.
+    ///
+    /// # Errors
+    /// [`Diverged`]; the system then stays as it was before the step, or before the last substep.
+    pub fn step(&mut self, dt: f64) -> Result<(), Diverged> {
+        match self.stepping {
+            Stepping::Fixed => self.substep(dt),
+            Stepping::Stable { most } => self.stable_step(dt, most),
+            Stepping::Adaptive { tolerance, most } => self.adaptive_step(dt, tolerance, most),
+        }
+    }
+
+    /// Positions, m.
+    #[must_use]
+    pub fn positions(&self) -> &[Vector3<f64>] {
+        &self.state.position
+    }
+
+    /// Velocities, m/s; those of fixed particles are zero.
+    #[must_use]
+    pub fn velocities(&self) -> &[Vector3<f64>] {
+        &self.state.velocity
+    }
+
+    /// Orientations, world from body; `None` where the particles have none.
+    #[must_use]
+    pub fn orientations(&self) -> Option<&[UnitQuaternion<f64>]> {
+        let frames = self.state.frames.as_ref()?;
+        Some(&frames.orientation)
+    }
+
+    /// Angular momenta about the particles themselves, N m s, world frame; empty without orientations.
+    #[must_use]
+    pub fn angular_momenta(&self) -> &[Vector3<f64>] {
+        self.state.frames.as_ref().map_or(&[], |f| &f.momentum)
+    }
+
+    /// A step, s, below which small motions are bounded as things stand; infinite where every step is. `[P4]`
+    ///
+    /// Stiffness and damping that a particle takes part in bound the eigenvalues by Gershgorin's theorem; so the step
+    /// is on the safe side for small motions. Large ones may need less.
+    #[must_use]
+    pub fn largest_stable_step(&self) -> f64 {
+        self.model.largest_step(self.integrator)
+    }
+
+    /// Energy of the free particles and of all that acts between particles, J: kinetic, elastic and in gravity (zero at
+    /// the origin). `[P5]`
+    #[must_use]
+    pub fn energy(&self) -> f64 {
+        self.model.energy(&self.state)
+    }
+
+    /// The force of each link of a batch on its second end, N; its opposite acts on the first.
+    ///
+    /// # Panics
+    /// If there is no such batch.
+    #[must_use]
+    pub fn link_forces(&self, batch: usize) -> Vec<Vector3<f64>> {
+        self.model.links[batch].forces(&self.state)
+    }
+
+    /// Which links of a batch are broken; empty where they cannot break.
+    ///
+    /// # Panics
+    /// If there is no such batch.
+    #[must_use]
+    pub fn broken_links(&self, batch: usize) -> Vec<bool> {
+        self.model.links[batch].broken()
+    }
+
+    /// Columns of numbers on which the next step depends, apart from positions: for a digest.
+    #[must_use]
+    pub fn hidden_state(&self) -> Vec<&[f64]> {
+        let mut columns: Vec<&[f64]> = vec![bytemuck::cast_slice(&self.state.velocity)];
+        if let Some(frames) = &self.state.frames {
+            columns.push(bytemuck::cast_slice(&frames.orientation));
+            columns.push(bytemuck::cast_slice(&frames.momentum));
+        }
+        columns.extend(self.model.links.iter().map(|batch| batch.memory()));
+        if let Some(loads) = &self.workspace.kept {
+            columns
+                .extend([&loads.force, &loads.torque].map(|column| bytemuck::cast_slice(column)));
+        }
+        columns
+    }
+
+    /// One substep, s.
+    pub(crate) fn substep(&mut self, dt: f64) -> Result<(), Diverged> {
+        let Self {
+            model,
+            state,
+            workspace,
+            ..
+        } = self;
+        let done = workspace.step(self.integrator, model, state, self.time, dt);
+        done.map_err(|unsolved| Diverged::Unsolved {
+            time_step: dt,
+            residual: unsolved.residual,
+        })?;
+        if let Some(particle) = workspace.next.first_not_finite() {
+            return Err(Diverged::Particle {
+                particle,
+                time_step: dt,
+                largest_stable_step: self.largest_stable_step(),
+            });
+        }
+        std::mem::swap(state, &mut workspace.next);
+        model.settle(state);
+        self.time += dt;
+        Ok(())
+    }
+}

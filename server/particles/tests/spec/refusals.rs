@@ -1,0 +1,253 @@
+//! Every value is checked, and the error names its column, its entry, the value and the remedy.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use sinew_particles::{
+    Driven, ExternalForce, FrameSpec, LinkLaw, Links, Stepping, System, SystemSpec, Track,
+};
+
+use crate::{build, elastic, particles, run, springs};
+
+fn sound() -> SystemSpec {
+    SystemSpec {
+        fixed: vec![0],
+        links: vec![
+            springs(vec![[0, 1], [1, 2]], 1.0, 0.5, 1.0),
+            Links {
+                ends: vec![[0, 2]],
+                law: LinkLaw::Table {
+                    lengths: vec![0.0, 1.0],
+                    forces: vec![1.0, 0.0],
+                },
+            },
+            Links {
+                ends: vec![[1, 2]],
+                law: LinkLaw::Friction {
+                    stiffness: vec![1.0],
+                    limits: vec![1.0],
+                },
+            },
+            Links {
+                ends: vec![[1, 2]],
+                law: LinkLaw::Breaking {
+                    elastic: elastic(1, 1.0, 0.0, None),
+                    elongations: vec![0.1],
+                },
+            },
+        ],
+        driven: vec![Driven {
+            particle: 2,
+            path: Track {
+                times: vec![0.0, 1.0],
+                values: vec![Vector3::y(), Vector3::x()],
+            },
+        }],
+        forces: vec![ExternalForce {
+            particle: 1,
+            force: Track::constant(Vector3::z()),
+        }],
+        frames: Some(FrameSpec {
+            orientations: vec![UnitQuaternion::identity(); 3],
+            spins: vec![Vector3::zeros(); 3],
+            moments: vec![Vector3::repeat(1.0); 3],
+            damping: 0.0,
+        }),
+        ..particles(vec![Vector3::zeros(), Vector3::x(), Vector3::y()])
+    }
+}
+
+#[test]
+fn a_sound_specification_is_accepted_and_so_is_an_empty_one() {
+    build(sound());
+    run(&mut build(SystemSpec::default()), 1, 1.0);
+}
+
+/// The springs of a sound specification.
+fn sprung(spec: &mut SystemSpec) -> &mut sinew_particles::Elastic {
+    match &mut spec.links[0].law {
+        LinkLaw::Spring(elastic) => elastic,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn each_fault_is_refused_by_name() {
+    type Spoil = fn(&mut SystemSpec);
+    let faults: [(Spoil, &str); 33] = [
+        (
+            |s| s.velocities.truncate(2),
+            "`velocities` has 2 entries where there are 3 particles: give one for each",
+        ),
+        (|s| s.masses.push(1.0), "`masses` has 4 entries"),
+        (
+            |s| sprung(s).stiffness.clear(),
+            "`links[0].spring.stiffness` has 0 entries where there are 2 links",
+        ),
+        (
+            |s| sprung(s).damping.truncate(1),
+            "`links[0].spring.damping` has 1 entries",
+        ),
+        (
+            |s| sprung(s).rest_lengths = Some(vec![]),
+            "`links[0].spring.rest_lengths` has 0 entries",
+        ),
+        (
+            |s| s.positions[2].y = f64::NAN,
+            "`positions[2]` is NaN: it must be finite",
+        ),
+        (
+            |s| s.velocities[1].z = f64::INFINITY,
+            "`velocities[1]` is inf",
+        ),
+        (
+            |s| s.masses[1] = 0.0,
+            "`masses[1]` is 0: it must be finite and above 0",
+        ),
+        (
+            |s| sprung(s).stiffness[1] = -2.5,
+            "`links[0].spring.stiffness[1]` is -2.5: it must be finite and not below 0",
+        ),
+        (
+            |s| sprung(s).damping[0] = f64::NAN,
+            "`links[0].spring.damping[0]` is NaN",
+        ),
+        (
+            |s| sprung(s).rest_lengths = Some(vec![1.0, -1.0]),
+            "`links[0].spring.rest_lengths[1]` is -1",
+        ),
+        (
+            |s| s.gravity.x = f64::NAN,
+            "`gravity` is NaN: it must be finite in every component",
+        ),
+        (|s| s.damping = -1.0, "`damping` is -1"),
+        (
+            |s| s.fixed.push(3),
+            "`fixed[1]` names particle 3, but there are 3: count from 0",
+        ),
+        (
+            |s| s.links[0].ends[1] = [2, 9],
+            "`links[0].ends[1]` names particle 9",
+        ),
+        (
+            |s| s.links[2].ends[0] = [1, 1],
+            "`links[2].ends[0]` joins particle 1 to itself",
+        ),
+        (
+            |s| s.driven[0].particle = 0,
+            "`driven[0].particle` names particle 0, which is fixed: let one of them go",
+        ),
+        (
+            |s| s.driven.push(s.driven[0].clone()),
+            "`driven[1].particle` names particle 2, which is driven already",
+        ),
+        (
+            |s| s.driven[0].particle = 7,
+            "`driven[0].particle` names particle 7",
+        ),
+        (
+            |s| s.driven[0].path.times[1] = 0.0,
+            "`driven[0].path.times[1]` is 0: it must be finite and above the time before it",
+        ),
+        (
+            |s| s.driven[0].path = Track::default(),
+            "`driven[0].path.times` has 0 entries where there are 1 keys",
+        ),
+        (
+            |s| s.forces[0].force.values[0].x = f64::NAN,
+            "`forces[0].force.values[0]` is NaN",
+        ),
+        (
+            |s| s.forces[0].particle = 3,
+            "`forces[0].particle` names particle 3",
+        ),
+        (
+            |s| {
+                s.links[1].law = LinkLaw::Table {
+                    lengths: vec![1.0],
+                    forces: vec![0.0],
+                }
+            },
+            "`links[1].table.lengths` has 1 entries where there are 2 ends of a segment",
+        ),
+        (
+            |s| {
+                s.links[1].law = LinkLaw::Table {
+                    lengths: vec![1.0, 1.0],
+                    forces: vec![0.0; 2],
+                }
+            },
+            "`links[1].table.lengths[1]` is 1: it must be finite, not below 0 and above the one before it",
+        ),
+        (
+            |s| {
+                s.links[1].law = LinkLaw::Table {
+                    lengths: vec![0.0, 1.0],
+                    forces: vec![0.0],
+                }
+            },
+            "`links[1].table.forces` has 1 entries",
+        ),
+        (
+            |s| {
+                s.links[2].law = LinkLaw::Friction {
+                    stiffness: vec![0.0],
+                    limits: vec![1.0],
+                }
+            },
+            "`links[2].friction.stiffness[0]` is 0: it must be finite and above 0",
+        ),
+        (
+            |s| {
+                s.links[3].law = LinkLaw::Breaking {
+                    elastic: elastic(1, 1.0, 0.0, None),
+                    elongations: vec![],
+                }
+            },
+            "`links[3].breaking.elongations` has 0 entries",
+        ),
+        (
+            |s| s.frames.as_mut().unwrap().moments[2].y = 0.0,
+            "`frames.moments[2][1]` is 0",
+        ),
+        (
+            |s| {
+                let half =
+                    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.5, 0.0, 0.0, 0.0));
+                s.frames.as_mut().unwrap().orientations[1] = half;
+            },
+            "`frames.orientations[1]` is 0.5: it must be of length 1",
+        ),
+        (
+            |s| s.frames.as_mut().unwrap().spins.truncate(1),
+            "`frames.spins` has 1 entries",
+        ),
+        (
+            |s| s.stepping = Stepping::Stable { most: 0 },
+            "`stepping.most` is 0: it must be at least 1",
+        ),
+        (
+            |s| {
+                s.stepping = Stepping::Adaptive {
+                    tolerance: 0.0,
+                    most: 9,
+                }
+            },
+            "`stepping.tolerance` is 0",
+        ),
+    ];
+    for (spoil, message) in faults {
+        let mut spec = sound();
+        spoil(&mut spec);
+        let error = System::new(spec).unwrap_err().to_string();
+        assert!(error.starts_with(message), "{error}");
+    }
+}
+
+#[test]
+fn a_fixed_particle_keeps_its_place_whatever_velocity_it_was_given() {
+    let mut spec = sound();
+    spec.velocities[0] = Vector3::repeat(5.0);
+    let mut system = build(spec);
+    run(&mut system, 2, 0.1);
+    assert_eq!(system.positions()[0], Vector3::zeros());
+    assert_eq!(system.velocities()[0], Vector3::zeros());
+}
