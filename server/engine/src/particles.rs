@@ -40,6 +40,8 @@ fn refusal(error: &SpecError) -> SceneError {
         Fault::Index { .. } => "INDEX_OUT_OF_RANGE",
         Fault::SelfLink { .. } => "LINK_DEGENERATE",
         Fault::Twice { .. } => "PARTICLE_MOVED_TWICE",
+        Fault::Unframed => "ORIENTATIONS_MISSING",
+        Fault::Crowded => "PAIRS_TOO_MANY",
     };
     // The springs of a mass-spring network are its only links.
     let field = (error.field)

@@ -43,6 +43,12 @@ pub enum Fault {
         /// The particle named twice.
         particle: u32,
     },
+    /// Something that needs orientations in a system without.
+    #[error("needs orientations, and the particles have none: give `frames`")]
+    Unframed,
+    /// Too many particles near each other.
+    #[error("has more pairs within reach than memory should hold: shorten the reach")]
+    Crowded,
     /// A particle that two things would move.
     #[error("names particle {particle}, which is {already}: let one of them go")]
     Twice {
@@ -79,6 +85,11 @@ pub enum Diverged {
         /// What is left of the residual, as a fraction of its start.
         residual: f64,
     },
+    /// Too many particles came near each other.
+    #[error(
+        "more particles are within reach of each other than memory should hold: shorten the reach"
+    )]
+    Crowded,
     /// More substeps would be needed than are allowed.
     #[error(
         "a step of {time_step} s needs substeps of {needed} s, more than the {most} that are allowed: \

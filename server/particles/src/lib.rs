@@ -40,8 +40,12 @@ mod guard;
 mod integrate;
 mod krylov;
 mod links;
+mod measure;
 mod model;
+mod neighbours;
+mod pairs;
 mod rows;
+mod shapes;
 mod spec;
 mod state;
 mod stepping;
@@ -50,6 +54,12 @@ mod track;
 
 pub use error::{Diverged, Fault, SpecError};
 pub use links::{Elastic, LinkLaw, Links};
+pub use measure::oscillation;
+pub use pairs::{
+    Attraction, AttractionLaw, EndingKind, Form, Gradient, Normalisation, PairFriction, PairSpec,
+    Repulsion, Weighting,
+};
+pub use shapes::{TooCurved, arc_chain};
 pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
 pub use system::System;
 pub use track::Track;

@@ -6,6 +6,8 @@ use crate::{
     Driven, ExternalForce, Integrator, SystemSpec,
     guard::Bounds,
     links::Batch,
+    neighbours::Crowded,
+    pairs::PairForces,
     state::{Frames, Inertia, Loads, State},
 };
 
@@ -17,6 +19,9 @@ pub(crate) struct Model {
     pub(crate) drag: f64,             // N s/m
     pub(crate) spin_drag: f64,        // N m s
     pub(crate) links: Vec<Batch>,
+    pub(crate) pairs: Option<PairForces>,
+    /// Whether a step under way has met more pairs than memory should hold.
+    pub(crate) crowded: Option<Crowded>,
     driven: Vec<Driven>,
     forces: Vec<ExternalForce>,
     /// About the distance between neighbours, m: what a small displacement is small against.
@@ -37,6 +42,7 @@ impl Model {
             damping: drag,
             frames,
             links,
+            pairs,
             integrator: _,
             stepping: _,
         } = spec;
@@ -72,6 +78,8 @@ impl Model {
             drag,
             spin_drag,
             links: Vec::new(),
+            pairs: None,
+            crowded: None,
             driven,
             forces,
             spacing: spacing(&state.position),
@@ -81,6 +89,9 @@ impl Model {
         model.links = batches
             .map(|links| Batch::new(links, &state.position))
             .collect();
+        model.pairs =
+            pairs.map(|pairs| PairForces::new(pairs, state.position.len(), model.spacing));
+        model.update_pairs(&state.position);
         model.settle(&state);
         (model, state)
     }
@@ -94,11 +105,21 @@ impl Model {
         }
     }
 
+    fn update_pairs(&mut self, position: &[Vector3<f64>]) {
+        if let Some(pairs) = &mut self.pairs {
+            self.crowded = self.crowded.or(pairs.update(position).err());
+        }
+    }
+
     /// What acts at a time, s, save for gravity and for the drag on every particle.
     pub(crate) fn loads(&mut self, state: &State, time: f64, loads: &mut Loads) {
         loads.clear(state.position.len(), state.frames.is_some());
         for batch in &self.links {
             batch.add_forces(state, &mut loads.force);
+        }
+        self.update_pairs(&state.position);
+        if let Some(pairs) = &mut self.pairs {
+            pairs.add_loads(state, &self.inertia, loads);
         }
         for ExternalForce { particle, force } in &self.forces {
             loads.force[*particle as usize] += force.at(time);
@@ -148,10 +169,13 @@ impl Model {
     }
 
     /// The largest step that keeps small motions bounded, s, as things stand.
-    pub(crate) fn largest_step(&self, integrator: Integrator) -> f64 {
-        let mut bounds = Bounds::new(&self.inertia, self.drag);
+    pub(crate) fn largest_step(&self, integrator: Integrator, state: &State) -> f64 {
+        let mut bounds = Bounds::new(&self.inertia, self.drag, self.spin_drag);
         for batch in &self.links {
             batch.add_bounds(&mut bounds);
+        }
+        if let Some(pairs) = &self.pairs {
+            pairs.add_bounds(state, &self.inertia, &mut bounds);
         }
         bounds.largest_step(integrator)
     }
@@ -174,7 +198,8 @@ impl Model {
             }
         }
         let links = self.links.iter().map(|batch| batch.energy(&state.position));
-        energy + links.sum::<f64>()
+        let pairs = (self.pairs.as_ref()).map_or(0.0, |pairs| pairs.energy(state, &self.inertia));
+        energy + links.sum::<f64>() + pairs
     }
 }
 

@@ -3,6 +3,8 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use crate::pairs::PairLoad;
+
 /// Particles per block: enough work to pay for a task, few enough for every thread to get some.
 pub(crate) const BLOCK: usize = 8192;
 
@@ -106,6 +108,26 @@ impl<P: Partner> Rows<P> {
         }
     }
 
+    /// Rows from those of consecutive blocks: for each row how many partners it has within the block and across, and
+    /// all partners.
+    pub(crate) fn joined(blocks: impl Iterator<Item = (Vec<usize>, Vec<usize>, Vec<P>)>) -> Self {
+        let mut rows = Self {
+            start: vec![0],
+            split: Vec::new(),
+            partners: Vec::new(),
+        };
+        let mut end = 0;
+        for (inside, border, mut partners) in blocks {
+            for (inside, border) in inside.iter().zip(&border) {
+                rows.split.push(end + inside);
+                end += inside + border;
+                rows.start.push(end);
+            }
+            rows.partners.append(&mut partners);
+        }
+        rows
+    }
+
     /// The pairs that a particle evaluates: for both ends, and for itself alone.
     pub(crate) fn row(&self, i: usize) -> (&[P], &[P]) {
         let row = &self.partners[self.start[i]..self.start[i + 1]];
@@ -124,6 +146,15 @@ impl<P: Partner> Rows<P> {
                 visit(i, p.other(), p);
             }
         }
+    }
+
+    /// Every pair once.
+    pub(crate) fn for_each_pair(&self, mut visit: impl FnMut(usize, usize)) {
+        self.for_each_end(|a, b, _| {
+            if a < b {
+                visit(a, b);
+            }
+        });
     }
 
     /// Adds to every particle the forces of its pairs: `push(i, p)` acts on the partner `p`, its opposite on `i`.
@@ -148,6 +179,38 @@ impl<P: Partner> Rows<P> {
             }
         };
         for_each_block(force, add);
+    }
+}
+
+impl Rows<u32> {
+    /// Adds to every particle the forces and torques of its pairs; `load(a, b)` is what a pair does.
+    pub(crate) fn add_loads(
+        &self,
+        loads: &mut [[Vector3<f64>; 2]],
+        load: impl Fn(usize, usize) -> PairLoad + Sync,
+    ) {
+        let add = |first: usize, loads: &mut [[Vector3<f64>; 2]]| {
+            for a in first..first + loads.len() {
+                let [mut force, mut torque] = [Vector3::zeros(); 2];
+                let (inside, border) = self.row(a);
+                for &b in inside {
+                    let b = b as usize;
+                    let PairLoad { push, torques } = load(a, b);
+                    force -= push;
+                    torque += torques[0];
+                    loads[b - first][0] += push;
+                    loads[b - first][1] += torques[1];
+                }
+                for &b in border {
+                    let PairLoad { push, torques } = load(a, b as usize);
+                    force -= push;
+                    torque += torques[0];
+                }
+                loads[a - first][0] += force;
+                loads[a - first][1] += torque;
+            }
+        };
+        for_each_block(loads, add);
     }
 }
 

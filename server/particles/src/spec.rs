@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Fault, Links, SpecError, Track,
+    Fault, Links, PairSpec, SpecError, Track,
     check::{self, Checked, NOT_NEGATIVE, POSITIVE, not_negative, positive},
 };
 
@@ -28,6 +28,8 @@ pub struct SystemSpec {
     pub frames: Option<FrameSpec>,
     /// Links between pairs of particles, in batches of one law each.
     pub links: Vec<Links>,
+    /// What acts between any two particles, by distance and orientation.
+    pub pairs: Option<PairSpec>,
     /// How a step is taken.
     pub integrator: Integrator,
     /// How a step is divided.
@@ -115,6 +117,7 @@ impl SystemSpec {
             damping,
             frames,
             links,
+            pairs,
             integrator: _,
             stepping,
         } = self;
@@ -131,6 +134,9 @@ impl SystemSpec {
         }
         for (batch, links) in links.iter().enumerate() {
             links.check(&format!("links[{batch}]"), particles)?;
+        }
+        if let Some(pairs) = pairs {
+            pairs.check(particles, frames.is_some())?;
         }
         for (entry, &index) in fixed.iter().enumerate() {
             check::exists(&format!("fixed[{entry}]"), index, particles)?;

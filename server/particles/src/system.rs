@@ -1,8 +1,10 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Diverged, Integrator, SpecError, Stepping, SystemSpec, integrate::Workspace, model::Model,
-    state::State,
+    Diverged, Fault, Integrator, SpecError, Stepping, SystemSpec, check,
+    integrate::Workspace,
+    model::Model,
+    state::{Loads, State},
 };
 
 /// Particles and what acts between and on them.
@@ -34,6 +36,9 @@ impl System {
             ..
         } = spec;
         let (model, state) = Model::new(spec);
+        if model.crowded.is_some() {
+            return Err(check::refuse("pairs.reach", Fault::Crowded));
+        }
         Ok(Self {
             workspace: Workspace::new(&state),
             model,
@@ -88,7 +93,7 @@ impl System {
     /// is on the safe side for small motions. Large ones may need less.
     #[must_use]
     pub fn largest_stable_step(&self) -> f64 {
-        self.model.largest_step(self.integrator)
+        self.model.largest_step(self.integrator, &self.state)
     }
 
     /// Energy of the free particles and of all that acts between particles, J: kinetic, elastic and in gravity (zero at
@@ -96,6 +101,16 @@ impl System {
     #[must_use]
     pub fn energy(&self) -> f64 {
         self.model.energy(&self.state)
+    }
+
+    /// What acts on each particle now, save for gravity: forces, N, and torques, N m, world frame; no torques without
+    /// orientations.
+    #[must_use]
+    pub fn loads(&mut self) -> [Vec<Vector3<f64>>; 2] {
+        let mut loads = Loads::default();
+        self.model.loads(&self.state, self.time, &mut loads);
+        self.model.add_drag(&self.state, &mut loads);
+        [loads.force, loads.torque]
     }
 
     /// The force of each link of a batch on its second end, N; its opposite acts on the first.
@@ -114,6 +129,13 @@ impl System {
     #[must_use]
     pub fn broken_links(&self, batch: usize) -> Vec<bool> {
         self.model.links[batch].broken()
+    }
+
+    /// How many pieces the table of the attraction has and how far it is off, as a fraction of the greatest attraction or
+    /// of the force where that is greater; `None` where the law itself is used.
+    #[must_use]
+    pub fn attraction_table(&self) -> Option<(usize, f64)> {
+        self.model.pairs.as_ref()?.table()
     }
 
     /// Columns of numbers on which the next step depends, apart from positions: for a digest.
@@ -145,6 +167,9 @@ impl System {
             time_step: dt,
             residual: unsolved.residual,
         })?;
+        if model.crowded.take().is_some() {
+            return Err(Diverged::Crowded);
+        }
         if let Some(particle) = workspace.next.first_not_finite() {
             return Err(Diverged::Particle {
                 particle,

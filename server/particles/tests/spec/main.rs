@@ -1,12 +1,18 @@
 //! What particle systems promise.
 
+#![expect(clippy::unwrap_used, reason = "a helper of tests may panic as they do")]
+
 mod goldens;
 mod hard;
 mod integrators;
 mod links;
 mod networks;
+mod pair_goldens;
+mod pairs;
+mod paper;
 mod refusals;
 mod rotation;
+mod society;
 mod threads;
 
 use nalgebra::Vector3;

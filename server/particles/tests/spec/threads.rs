@@ -1,7 +1,10 @@
 //! The same bits for any number of threads.
 
-use nalgebra::Vector3;
-use sinew_particles::{Integrator, SystemSpec};
+use nalgebra::{UnitQuaternion, Vector3};
+use sinew_particles::{
+    Attraction, AttractionLaw, EndingKind, FrameSpec, Integrator, PairFriction, PairSpec,
+    SystemSpec,
+};
 
 use crate::{INTEGRATORS, build, particles, run, springs};
 
@@ -100,4 +103,55 @@ fn divergence_names_the_same_particle_for_any_number_of_threads() {
         })
     };
     assert_eq!(diverge(1), diverge(8));
+}
+
+#[test]
+fn neighbours_and_bodies_have_the_same_bits_for_any_number_of_threads() {
+    let side = 22;
+    let places = (0..side * side * side).map(|i| {
+        let at = [i % side, i / side % side, i / side / side].map(f64::from);
+        let jitter = (0.7 * at[0]).sin() * (0.3 * at[1]).cos() * 0.1;
+        Vector3::from(at) + Vector3::repeat(jitter)
+    });
+    let places: Vec<_> = places.collect();
+    let n = places.len();
+    assert!(n > 8192, "more than a block");
+    let spec = SystemSpec {
+        frames: Some(FrameSpec {
+            orientations: vec![UnitQuaternion::identity(); n],
+            spins: vec![Vector3::zeros(); n],
+            moments: vec![Vector3::new(0.1, 0.2, 0.3); n],
+            damping: 0.0,
+        }),
+        pairs: Some(PairSpec {
+            attraction: Some(Attraction {
+                law: AttractionLaw::LennardJones {
+                    stiffness: 1.0,
+                    rest_length: 1.0,
+                    exponent: 4,
+                },
+                ending: EndingKind::Shifted,
+                table: None,
+            }),
+            friction: Some(PairFriction {
+                sliding: 0.1,
+                turning: 0.1,
+            }),
+            reach: 1.6,
+            ..PairSpec::default()
+        }),
+        ..particles(places)
+    };
+    let travel = |threads: usize| {
+        with_threads(threads, || {
+            let mut system = build(spec.clone());
+            run(&mut system, 10, 0.02);
+            let columns = system.hidden_state();
+            let bits = columns.into_iter().flatten().map(|x| x.to_bits());
+            bits.collect::<Vec<_>>()
+        })
+    };
+    let alone = travel(1);
+    assert_eq!(alone, travel(2));
+    assert_eq!(alone, travel(8));
 }
