@@ -82,6 +82,7 @@ mod mirror;
 mod motion;
 mod scene_file;
 mod subscription;
+pub mod sweep;
 mod upload;
 pub mod vtk;
 mod watch;

@@ -117,7 +117,7 @@ pub fn load_mapping(path: &Path) -> Result<v1::Mapping, SceneFileError> {
     read(path)
 }
 
-fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneFileError> {
+pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneFileError> {
     let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
         path: path.to_owned(),
         source,

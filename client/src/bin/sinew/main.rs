@@ -16,6 +16,8 @@ mod progress;
 mod run;
 mod sessions;
 mod stream;
+#[cfg(feature = "embedded")]
+mod sweep;
 mod table;
 mod watch;
 
@@ -50,6 +52,8 @@ enum Command {
     Demo(demo::Arguments),
     Run(run::Arguments),
     Stream(stream::Arguments),
+    #[cfg(feature = "embedded")]
+    Sweep(sweep::Arguments),
     Watch(watch::Arguments),
     Sessions(sessions::Arguments),
     Inspect(inspect::Arguments),
@@ -79,6 +83,8 @@ async fn main() -> ExitCode {
         Command::Demo(arguments) => demo::demo(arguments).await,
         Command::Run(arguments) => run::run(arguments).await,
         Command::Stream(arguments) => stream::stream(arguments).await,
+        #[cfg(feature = "embedded")]
+        Command::Sweep(arguments) => sweep::sweep(arguments).await,
         Command::Watch(arguments) => watch::watch(arguments).await,
         Command::Sessions(arguments) => sessions::sessions(arguments).await,
         Command::Inspect(arguments) => inspect::inspect(&arguments),
