@@ -2,6 +2,7 @@
 //! [`sinew_engine::World::build`]; both name fields by their path in the request.
 
 mod mapping;
+mod rule;
 
 use nalgebra::Vector3;
 use sinew_engine as engine;
@@ -68,6 +69,9 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
         motion,
         mesh: mesh_source(mesh, assets)?,
         mapping: mapping(scene.mapping.unwrap_or_default())?,
+        rules: (scene.rules.into_iter().enumerate())
+            .map(|(i, rule)| rule::rule(i, rule))
+            .collect::<Result<_>>()?,
         time_step: if scene.time_step_seconds == 0.0 {
             default_step
         } else {

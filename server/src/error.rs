@@ -39,6 +39,8 @@ pub(crate) enum ServiceError {
     EtagMismatch,
     #[error("{0}")]
     MappingBlending(RemapError),
+    #[error("the mesh changed while the mapping was bound; try again")]
+    MeshChanged,
     #[error("{wanted} steps need {wanted} motion frames and {waiting} wait; stream more first")]
     MotionStarved { wanted: usize, waiting: usize },
     #[error("the session makes its own motion; only scenes with motion.external take a stream")]
@@ -91,6 +93,7 @@ impl From<RemapError> for ServiceError {
                 message: error.to_string(),
             }),
             RemapError::Blending { .. } => Self::MappingBlending(error),
+            RemapError::Outdated => Self::MeshChanged,
         }
     }
 }

@@ -41,6 +41,7 @@ pub(crate) struct Report {
     pub(crate) frame: Arc<Frame>,
     pub(crate) digest: u128,
     pub(crate) mapping: Arc<v1::Mapping>,
+    pub(crate) rest: Arc<Rest>,
 }
 
 /// What is asked of a session, and where the answer goes.
@@ -106,7 +107,6 @@ pub(crate) enum Drive {
 #[derive(Clone)]
 pub(crate) struct Handle {
     inbox: mpsc::Sender<Command>,
-    pub(crate) rest: Arc<Rest>,
     pub(crate) motion: mpsc::Sender<Arrival>,
     pub(crate) outlets: Arc<Outlets>,
     pub(crate) cancel: CancellationToken,
@@ -128,7 +128,6 @@ impl Handle {
         let (motion, arrivals) = mpsc::channel(MOTION_QUEUE);
         let handle = Self {
             inbox,
-            rest: world.rest(),
             motion,
             outlets: Arc::clone(&outlets),
             cancel: CancellationToken::new(),
@@ -136,6 +135,7 @@ impl Handle {
         let actor = Actor {
             last: world.frame(),
             last_digest: world.digest(),
+            rest: world.rest(),
             clock: clock(world.time_step()),
             world: Some(world),
             mapping: Arc::new(mapping),
@@ -176,6 +176,7 @@ struct Actor {
     mapping: Arc<v1::Mapping>,
     last: Arc<Frame>,
     last_digest: u128,
+    rest: Arc<Rest>,
     activity: Activity,
     drive: Drive,
     clock: Interval,
@@ -404,12 +405,14 @@ impl Actor {
     fn report(&mut self) -> Report {
         if let Some(world) = &self.world {
             self.last_digest = world.digest();
+            self.rest = world.rest();
         }
         Report {
             activity: self.activity.clone(),
             frame: Arc::clone(&self.last),
             digest: self.last_digest,
             mapping: Arc::clone(&self.mapping),
+            rest: Arc::clone(&self.rest),
         }
     }
 }

@@ -14,4 +14,5 @@ mod remap;
 mod shutdown;
 mod slow;
 mod streaming;
+mod tearing;
 mod tidy;

@@ -3,8 +3,13 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sinew_mapping::MappingError;
+use sinew_tearing::Patch;
 
-use crate::{digest::Digest, rest::Bound};
+use crate::{
+    digest::Digest,
+    rest::{Bound, Rest},
+    scene::SceneError,
+};
 
 /// Vertices per task: enough work to pay for a task.
 const TASK: usize = 8192;
@@ -53,6 +58,15 @@ impl Blend {
             .with_min_len(TASK)
             .for_each(|(new, left)| *new = (1.0 - s) * left + s * *new);
         Ok(())
+    }
+
+    /// As [`Bound::follow`].
+    ///
+    /// # Errors
+    /// As [`Rest::bind`].
+    pub(crate) fn follow(&mut self, rest: &Rest, patch: &Patch) -> Result<(), SceneError> {
+        self.left.resize(rest.vertices.len(), Vector3::zeros());
+        self.from.follow(rest, patch)
     }
 
     pub(crate) fn digest(&self, digest: &mut Digest) {

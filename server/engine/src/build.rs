@@ -6,12 +6,16 @@ use std::{collections::BTreeMap, fmt::Display, sync::Arc};
 use nalgebra::Vector3;
 use sinew_capture::Tracker;
 use sinew_mesh::{Capsule, Grid, GridError, Inspection};
+use sinew_tearing::Body;
 
 use crate::{
     frame::{Frame, Layout, PointState},
     particles::system_points,
     rest::Rest,
+    rule::Action,
+    rules::Rules,
     scene::{ExternalPoints, Lattice, MeshSource, Motion, Scene, SceneError},
+    topology::Topology,
     world::{LIMIT, Source, World, first_out_of_range},
 };
 
@@ -44,26 +48,23 @@ impl World {
             motion,
             mesh,
             mapping,
+            rules,
             time_step,
             up: _,
         } = scene;
-        if !(time_step > 0.0 && time_step <= LONGEST_STEP) {
-            return Err(refuse(
-                "VALUE_OUT_OF_RANGE",
-                "scene.time_step_seconds",
-                format!("is {time_step}"),
-                format!("give seconds above 0, at most {LONGEST_STEP}"),
-            ));
-        }
+        check_time_step(time_step)?;
         let mut points = match motion {
             Motion::External(points) => external(points, time_step)?,
             Motion::Particles(spec) => system_points(*spec, time_step)?,
         };
-        let grid = match mesh {
-            MeshSource::Grid(grid) => checked(grid, &mut points.warnings)?,
-            MeshSource::Lattice(lattice) => lattice_grid(&lattice, &points)?,
+        let grid = mesh_grid(mesh, &mut points)?;
+        let acts = rules.iter().any(|rule| rule.action != Action::Report);
+        let (grid, topology) = match acts {
+            true => body(grid, &mut points.warnings)?,
+            false => (grid, None),
         };
         let rest = Rest {
+            version: 0,
             labels: points.labels,
             present: (points.states.iter())
                 .map(|state| *state != PointState::Absent)
@@ -79,6 +80,9 @@ impl World {
             dominant: bound.binding.dominant().to_vec(),
             cells: grid.cells,
         });
+        let rules = (!rules.is_empty())
+            .then(|| Rules::new(rules, &rest, &bound.scale(&layout.cells, &rest)).map(Box::new));
+        let rules = rules.transpose()?;
         let frame = Frame {
             layout: Arc::clone(&layout),
             step: 0,
@@ -97,6 +101,8 @@ impl World {
             rest: Arc::new(rest),
             bound,
             blend: None,
+            rules,
+            topology,
             changed_at_step: 0,
             layout,
             time_step,
@@ -105,6 +111,45 @@ impl World {
             retired: Vec::new(),
         })
     }
+}
+
+fn mesh_grid(mesh: MeshSource, points: &mut Points) -> Result<Grid, SceneError> {
+    match mesh {
+        MeshSource::Grid(grid) => checked(grid, &mut points.warnings),
+        MeshSource::Lattice(lattice) => lattice_grid(&lattice, points),
+    }
+}
+
+fn check_time_step(time_step: f64) -> Result<(), SceneError> {
+    if time_step > 0.0 && time_step <= LONGEST_STEP {
+        return Ok(());
+    }
+    Err(refuse(
+        "VALUE_OUT_OF_RANGE",
+        "scene.time_step_seconds",
+        format!("is {time_step}"),
+        format!("give seconds above 0, at most {LONGEST_STEP}"),
+    ))
+}
+
+/// Makes a mesh one that can change; where it is no manifold it comes apart for that.
+fn body(
+    mesh: Grid,
+    warnings: &mut Vec<String>,
+) -> Result<(Grid, Option<Box<Topology>>), SceneError> {
+    let (body, report) =
+        Body::new(mesh).map_err(|error| kernel_refusal("MESH_NOT_A_BODY", "scene.mesh", &error))?;
+    let split = report.build.split_vertices.len();
+    if split > 0 {
+        warnings.push(format!(
+            "the mesh came apart at {split} vertices where its parts touch without a face in common"
+        ));
+    }
+    let grid = Grid {
+        positions: body.rest().to_vec(),
+        cells: body.cells(),
+    };
+    Ok((grid, Some(Box::new(Topology::new(body)))))
 }
 
 fn external(points: ExternalPoints, time_step: f64) -> Result<Points, SceneError> {

@@ -26,6 +26,8 @@ pub struct Explanation {
     pub cluster: Option<Cluster>,
     /// Steps taken when the mapping changed last; 0 for the scene's own.
     pub changed_at_step: u64,
+    /// Steps taken when a cell of the vertex changed last; `None` where none did.
+    pub topology_step: Option<u64>,
 }
 
 /// A point that a vertex follows.
@@ -71,6 +73,8 @@ impl World {
             reference: self.bound.mapping.recipe.reference,
             cluster: self.cluster(vertex),
             changed_at_step: self.changed_at_step,
+            topology_step: (self.topology.as_ref())
+                .and_then(|topology| topology.changed_at[vertex]),
         })
     }
 

@@ -29,7 +29,8 @@ pub struct Layout {
 pub struct Measured {
     /// The rule, by index in the scene.
     pub rule: u32,
-    /// The greatest of all that it measured at this step, in its unit.
+    /// The greatest of all that it measures, in its unit. What cannot have crossed since it was measured last counts as
+    /// it was then.
     pub greatest: f64,
     /// Where it acts.
     pub threshold: f64,

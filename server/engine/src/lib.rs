@@ -7,15 +7,20 @@ mod change;
 mod digest;
 mod explain;
 mod frame;
+mod gauge;
 mod particles;
 mod rest;
+mod rule;
+mod rules;
 mod scene;
+mod topology;
 mod world;
 
 pub use change::{Change, Event, EventKind};
 pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Doubt, Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
+pub use rule::{Action, Limits, Measure, Pairs, Region, Strain, TopologyRule};
 pub use scene::{
     Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MeshSource,
     Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,

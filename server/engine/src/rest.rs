@@ -2,18 +2,23 @@
 
 use nalgebra::Vector3;
 use sinew_mapping::Binding;
+use sinew_mesh::Cells;
+use sinew_tearing::Patch;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     build::{kernel_refusal, refuse},
     digest::Digest,
+    gauge::Scale,
     scene::{Mapping, SceneError},
 };
 
 /// Points and vertices at rest: all that a mapping is bound to. It never changes, so that a mapping can be bound while
-/// the world steps.
-#[derive(Debug)]
+/// the world steps; where the mesh's topology changes, the world takes another.
+#[derive(Clone, Debug)]
 pub struct Rest {
+    /// Of the mesh's topology.
+    pub(crate) version: u64,
     pub(crate) labels: Vec<String>,
     /// m; not read where not present.
     pub(crate) points: Vec<Vector3<f64>>,
@@ -28,6 +33,8 @@ pub struct Rest {
 pub struct Bound {
     pub(crate) mapping: Mapping,
     pub(crate) binding: Binding,
+    /// Of the rest pose's topology.
+    pub(crate) version: u64,
     /// Hash of `mapping`.
     fingerprint: u64,
 }
@@ -44,6 +51,7 @@ impl Rest {
                 .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
         Ok(Bound {
             binding,
+            version: self.version,
             // Numbers are written so that they read back the same: equal texts are equal mappings.
             fingerprint: xxh3_64(format!("{mapping:?}").as_bytes()),
             mapping,
@@ -77,6 +85,38 @@ impl Rest {
 }
 
 impl Bound {
+    /// Binds the mapping to a mesh that changed. Where the last pose is its frame of reference, it goes on from there, new
+    /// vertices from the midst of their parents.
+    ///
+    /// # Errors
+    /// As [`Rest::bind`].
+    pub(crate) fn follow(&mut self, rest: &Rest, patch: &Patch) -> Result<(), SceneError> {
+        let last = self.binding.previous();
+        let last = last.map(|[vertices, points]| (vertices.to_vec(), points.to_vec()));
+        *self = rest.bind(self.mapping.clone())?;
+        if let Some((mut vertices, points)) = last {
+            for ends in patch.vertex_parent_offsets.windows(2) {
+                let parents = &patch.vertex_parents[ends[0] as usize..ends[1] as usize];
+                let sum: Vector3<f64> = parents
+                    .iter()
+                    .map(|&parent| vertices[parent as usize])
+                    .sum();
+                vertices.push(sum / parents.len().max(1) as f64);
+            }
+            self.binding.resume(&vertices, &points);
+        }
+        Ok(())
+    }
+
+    /// What measures of the mesh compare with.
+    pub(crate) fn scale<'a>(&'a self, cells: &'a Cells, rest: &'a Rest) -> Scale<'a> {
+        Scale {
+            cells,
+            rest: &rest.vertices,
+            binding: &self.binding,
+        }
+    }
+
     /// All that the next pose depends on, apart from the points.
     pub(crate) fn digest(&self, digest: &mut Digest) {
         let rotations = self.binding.rotations().iter();

@@ -8,6 +8,8 @@ pub use sinew_mapping::{
 use sinew_mesh::Grid;
 use sinew_particles::SystemSpec;
 
+use crate::rule::TopologyRule;
+
 /// A scene as posted. [`crate::World::build`] checks all of it.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -19,6 +21,8 @@ pub struct Scene {
     pub mesh: MeshSource,
     /// How the points drive the mesh.
     pub mapping: Mapping,
+    /// When the motion changes the mesh, and how.
+    pub rules: Vec<TopologyRule>,
     /// Simulated time of one step, s.
     pub time_step: f64,
     /// Which axis points up.

@@ -11,7 +11,9 @@ use crate::{
     digest::Digest,
     frame::{Doubt, Frame, Layout},
     rest::{Bound, Rest},
-    scene::MotionSample,
+    rules::{Rules, Step},
+    scene::{MotionSample, SceneError},
+    topology::Topology,
 };
 
 /// Why a step could not be taken. The world is spent.
@@ -33,6 +35,9 @@ pub enum StepError {
     /// The mapping could not be evaluated.
     #[error("the mapping failed: {0}")]
     Mapping(#[from] sinew_mapping::MappingError),
+    /// The mapping could not be bound to the mesh as it is after a change of its topology.
+    #[error("the mapping cannot follow the change of the mesh: {0}")]
+    Rebind(#[from] SceneError),
 }
 
 /// Why the mapping is not changed.
@@ -52,6 +57,9 @@ pub enum RemapError {
         /// Simulated time of its end, s.
         until: f64,
     },
+    /// The topology of the mesh changed since the mapping was bound.
+    #[error("the mesh changed meanwhile; bind the mapping to its rest pose as it is now")]
+    Outdated,
 }
 
 /// A day, s.
@@ -73,6 +81,10 @@ pub struct World {
     pub(crate) bound: Bound,
     /// Where the mesh comes from, while it moves over to `bound`.
     pub(crate) blend: Option<Blend>,
+    /// `None` where the scene has none.
+    pub(crate) rules: Option<Box<Rules>>,
+    /// `None` where nothing asked for a change yet, nor may a rule.
+    pub(crate) topology: Option<Box<Topology>>,
     /// Steps taken when the mapping changed last.
     pub(crate) changed_at_step: u64,
     /// What the next frame belongs to.
@@ -110,32 +122,63 @@ impl World {
                 next.points.copy_from_slice(system.positions());
             }
         }
-        self.bound.binding.pose(&next.points, &mut next.vertices)?;
         self.blend = self.blend.take().filter(|blend| time < blend.end());
+        self.pose(&mut next)?;
+        self.act(&mut next)?;
+        Ok(self.publish(next))
+    }
+
+    /// Poses the vertices on the points.
+    pub(crate) fn pose(&mut self, next: &mut Frame) -> Result<(), StepError> {
+        self.bound.binding.pose(&next.points, &mut next.vertices)?;
         if let Some(blend) = &mut self.blend {
-            blend.mix(&next.points, time, &mut next.vertices)?;
+            blend.mix(&next.points, next.time_seconds, &mut next.vertices)?;
         }
         check_range("point", &next.points)?;
-        check_range("vertex", &next.vertices)?;
+        check_range("vertex", &next.vertices)
+    }
+
+    /// Measures, and does what the rules ask for.
+    fn act(&mut self, next: &mut Frame) -> Result<(), StepError> {
+        let Some(rules) = &mut self.rules else {
+            return Ok(());
+        };
+        let step = Step {
+            time: next.time_seconds,
+            states: &next.point_states,
+            doubts: &next.doubts,
+            points: &next.points,
+            vertices: &next.vertices,
+            posed_alone: self.blend.is_none(),
+        };
+        let scale = self.bound.scale(&self.layout.cells, &self.rest);
+        let body = self.topology.as_ref().map(|topology| &topology.body);
+        let (events, asks) = rules.measure(&step, scale, body, &mut next.measures);
+        self.change(next, events, &asks)?;
+        Ok(())
+    }
+
+    /// Makes `next` the state.
+    fn publish(&mut self, next: Frame) -> Arc<Frame> {
         let done = std::mem::replace(&mut self.frame, Arc::new(next));
         if self.retired.len() < RETIRED {
             self.retired.push(done);
         }
-        Ok(self.frame())
+        self.frame()
     }
 
     /// Changes the mapping from the next step on: at once, or over `blend_seconds` of simulated time, during which both
     /// mappings are posed. `[M12]` Shape matching starts from no rotation, as in a new world.
     ///
     /// # Errors
-    /// As [`World::may_remap`]; nothing is changed then.
-    ///
-    /// # Panics
-    /// If `bound` is bound to another mesh than [`World::rest`].
+    /// As [`World::may_remap`], and where `bound` is bound to another rest pose than [`World::rest`]; nothing is changed
+    /// then.
     pub fn remap(&mut self, bound: Bound, blend_seconds: f64) -> Result<(), RemapError> {
         self.may_remap(blend_seconds)?;
+        if bound.version != self.rest.version {
+            return Err(RemapError::Outdated);
+        }
         let dominant = bound.binding.dominant().to_vec();
-        assert_eq!(dominant.len(), self.rest.vertices.len(), "another mesh");
         let Layout {
             epoch,
             topology_version,
@@ -153,6 +196,9 @@ impl World {
         let left = std::mem::replace(&mut self.bound, bound);
         self.blend =
             (blend_seconds > 0.0).then(|| Blend::new(left, self.frame.time_seconds, blend_seconds));
+        if let Some(rules) = &mut self.rules {
+            rules.rebind(&self.bound.scale(&self.layout.cells, &self.rest));
+        }
         self.changed_at_step = self.frame.step;
         Ok(())
     }
@@ -190,6 +236,7 @@ impl World {
         match reused {
             Some(mut frame) => {
                 frame.layout = Arc::clone(&self.layout);
+                frame.vertices.resize(last.vertices.len(), Vector3::zeros());
                 frame.measures.clear();
                 frame.change = None;
                 frame.capture_time_seconds = last.capture_time_seconds;
@@ -265,6 +312,9 @@ impl World {
         self.bound.digest(&mut digest);
         if let Some(blend) = &self.blend {
             blend.digest(&mut digest);
+        }
+        if let Some(rules) = &self.rules {
+            rules.digest(&mut digest);
         }
         match &self.source {
             Source::Particles(system) => {

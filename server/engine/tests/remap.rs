@@ -46,6 +46,7 @@ fn world() -> World {
         }),
         mesh: MeshSource::Grid(shapes::hexahedra(1, 1, 4)),
         mapping: mapping("low"),
+        rules: Vec::new(),
         time_step: DT,
         up: UpAxis::Z,
     })

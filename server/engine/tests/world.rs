@@ -51,6 +51,7 @@ fn scene(motion: Motion, mesh: MeshSource, rule: Rule) -> Scene {
         motion,
         mesh,
         mapping: mapping(rule),
+        rules: Vec::new(),
         time_step: 0.01,
         up: UpAxis::Z,
     }

@@ -197,6 +197,53 @@ impl Binding {
         }
     }
 
+    /// Whether vertices follow points linearly, alike at every step: each moves by the sum of its points' displacements
+    /// times their weights.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        match &self.operator {
+            Operator::Linear(_) => self.previous.is_none(),
+            Operator::Shape(_) => false,
+        }
+    }
+
+    /// Takes this pose as the last one, m, where that is the frame of reference of the next.
+    ///
+    /// # Panics
+    /// If there are not as many vertices or points as were bound.
+    pub fn resume(&mut self, vertices: &[Vector3<f64>], points: &[Vector3<f64>]) {
+        if let Some(previous) = &mut self.previous {
+            previous.vertices.copy_from_slice(vertices);
+            previous.points.copy_from_slice(points);
+        }
+    }
+
+    /// The cluster of a vertex; `None` without shape matching.
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    #[must_use]
+    pub fn cluster(&self, vertex: usize) -> Option<u32> {
+        match &self.operator {
+            Operator::Linear(_) => None,
+            Operator::Shape(shape) => Some(shape.cluster(vertex)),
+        }
+    }
+
+    /// How badly the points of each cluster fit the rotation of its last pose, relative to their spread at rest: 0 for a
+    /// rigid motion. `[E2]` Empty without shape matching.
+    ///
+    /// # Panics
+    /// If there are not as many points as were bound.
+    #[must_use]
+    pub fn strains(&self, points: &[Vector3<f64>]) -> Vec<f64> {
+        assert_eq!(points.len(), self.points, "other points than were bound");
+        match &self.operator {
+            Operator::Linear(_) => Vec::new(),
+            Operator::Shape(shape) => shape.strains(points),
+        }
+    }
+
     /// Bytes that a pose has to move, output included: to compare its time with the memory's speed.
     #[must_use]
     pub fn bytes(&self) -> usize {

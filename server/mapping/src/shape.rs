@@ -193,6 +193,32 @@ impl Shape {
         &self.rotations
     }
 
+    pub(crate) fn cluster(&self, vertex: usize) -> u32 {
+        self.clusters.of_vertex[vertex]
+    }
+
+    /// `√(Σ ω |p − c − R (p⁰ − c⁰)|² / Σ ω |p⁰ − c⁰|²)` per cluster; 0 where its points do not spread. `[E2]`
+    pub(crate) fn strains(&self, points: &[Vector3<f64>]) -> Vec<f64> {
+        let strain = |cluster: usize| {
+            let range = self.clusters.first[cluster]..self.clusters.first[cluster + 1];
+            let set = &self.clusters.members[range.clone()];
+            let (shares, arms) = (&self.shares[range.clone()], &self.arms[range]);
+            let center = Center::of(set, shares, points);
+            let rotation = self.rotations[cluster].to_rotation_matrix();
+            let left = |(&j, rest): (&u32, &Vector3<f64>)| {
+                (center.arm(&points[j as usize]) - rotation * rest).norm_squared()
+            };
+            let left = set.iter().zip(arms).map(left).zip(shares);
+            let left: f64 = left.map(|(left, share)| share * left).sum();
+            match self.spreads[cluster] {
+                spread if spread > 0.0 => (left / spread).sqrt(),
+                _ => 0.0,
+            }
+        };
+        let clusters = (0..self.rotations.len()).into_par_iter();
+        clusters.with_min_len(FITS).map(strain).collect()
+    }
+
     pub(crate) fn pose(&mut self, points: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         self.fit(points);
         let (motions, offsets, of_vertex) =

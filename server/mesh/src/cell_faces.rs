@@ -53,7 +53,15 @@ pub struct Face<'a> {
     order: Option<&'static [u8]>,
 }
 
-impl Face<'_> {
+impl<'a> From<&'a [u32]> for Face<'a> {
+    /// The face with these vertices, three or more, in their order.
+    fn from(vertices: &'a [u32]) -> Self {
+        let order = None;
+        Self { vertices, order }
+    }
+}
+
+impl<'a> Face<'a> {
     /// Number of vertices.
     #[expect(
         clippy::len_without_is_empty,
@@ -75,12 +83,12 @@ impl Face<'_> {
     }
 
     /// The vertices, along the ring.
-    pub fn vertices(&self) -> impl ExactSizeIterator<Item = u32> {
-        (0..self.len()).map(|corner| self.vertex(corner))
+    pub fn vertices(self) -> impl ExactSizeIterator<Item = u32> + use<'a> {
+        (0..self.len()).map(move |corner| self.vertex(corner))
     }
 
     /// The edges `[from, to]`, along the ring.
-    pub fn edges(&self) -> impl ExactSizeIterator<Item = [u32; 2]> {
+    pub fn edges(self) -> impl ExactSizeIterator<Item = [u32; 2]> + use<'a> {
         let corners = self.len();
         (0..corners).map(move |corner| {
             let next = if corner + 1 == corners { 0 } else { corner + 1 };

@@ -22,7 +22,7 @@ pub use check::GridError;
 pub use grid::{Cell, CellShape, CellType, Cells, Grid};
 pub use inspect::{Inspection, inspect};
 pub use lattice::{Capsule, LatticeError, MOST_CELLS, lattice};
-pub use measure::{area, quality, volume};
+pub use measure::{area, cell_volume, face_area, quality, volume};
 pub use patch::PatchError;
 pub use repair::{Fault, Repairs, repair};
 pub use surface::{Surface, surface, vertex_normals};

@@ -45,7 +45,11 @@ pub fn quality(grid: &Grid, cell: usize) -> f64 {
     36.0 * PI * ratio * ratio.abs()
 }
 
-pub(crate) fn cell_volume(positions: &[Vector3<f64>], cell: &Cell<'_>) -> f64 {
+/// As [`volume`], of a cell whose vertices are at `positions`, m.
+///
+/// # Panics
+/// If a vertex has no position.
+pub fn cell_volume(positions: &[Vector3<f64>], cell: &Cell<'_>) -> f64 {
     if !cell.kind.is_volume() {
         return 0.0;
     }
@@ -68,6 +72,15 @@ pub(crate) fn cone_volume(face: &Face<'_>, at: &impl Fn(u32) -> Vector3<f64>) ->
         .map(|[from, to]| at(from).cross(&at(to)).dot(&centre))
         .sum::<f64>()
         / 6.0
+}
+
+/// Area of a face, m², its vertices being at `positions`, m. One that is not plane counts as its projection along its mean
+/// normal.
+///
+/// # Panics
+/// If a vertex has no position.
+pub fn face_area(positions: &[Vector3<f64>], face: &Face<'_>) -> f64 {
+    face_normal(positions, face).norm()
 }
 
 /// The mean normal of a face, its length being the area.

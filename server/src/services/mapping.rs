@@ -32,6 +32,8 @@ impl Shared {
         let entry = self.registry.get(&request.name)?;
         loop {
             match self.try_remap(&entry, &request).await {
+                // A tear came first: the mapping has to be bound to what it left.
+                Err(ServiceError::MeshChanged) => {}
                 // Another request came first. What it left may still be what this one wants to change.
                 Err(ServiceError::EtagMismatch) if is_current(&entry, &request.etag).await? => {}
                 answer => return answer,
@@ -52,7 +54,8 @@ impl Shared {
             blend_seconds,
             validate_only,
         } = request;
-        let base = entry.handle.ask(Wish::Describe).await?.mapping;
+        let report = entry.handle.ask(Wish::Describe).await?;
+        let (base, rest) = (report.mapping, report.rest);
         if !(wanted.is_empty() || *wanted == etag(&base)) {
             return Err(ServiceError::EtagMismatch);
         }
@@ -61,7 +64,7 @@ impl Shared {
             invalid("FIELD_MISSING", "mapping", "is missing", remedy)
         })?;
         let mapping = Arc::new(merged(&base, update, update_mask.as_ref())?);
-        let (rest, given) = (Arc::clone(&entry.handle.rest), v1::Mapping::clone(&mapping));
+        let given = v1::Mapping::clone(&mapping);
         let bound = self
             .kernels
             .run(move || Ok(rest.bind(convert::mapping(given)?)?))
@@ -165,6 +168,7 @@ pub(super) fn explanation(
         reference,
         cluster,
         changed_at_step,
+        topology_step,
     } = explanation;
     let points = influences.iter().map(|influence| v1::Influence {
         label: labels[influence.point as usize].clone(),
@@ -190,6 +194,7 @@ pub(super) fn explanation(
         rule: name(rule).to_owned(),
         cluster,
         mapping_step: changed_at_step,
+        topology_step,
         reference: match reference {
             Reference::Initial => v1::Reference::Initial,
             Reference::Previous => v1::Reference::Previous,

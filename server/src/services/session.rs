@@ -296,6 +296,7 @@ pub(super) async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, S
         frame,
         digest: hash,
         mapping,
+        rest: _,
     } = entry.handle.ask(wish).await?;
     let (state, fault) = match activity {
         Activity::Paused => (v1::SessionState::Paused, None),

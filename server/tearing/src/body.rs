@@ -190,6 +190,22 @@ impl Body {
         self.adjacency.of(vertex)
     }
 
+    /// The cells that share a face with a cell, by slot, ascending; none if there is no cell in the slot.
+    pub fn beside(&self, slot: u32) -> Vec<u32> {
+        let Some(volume) = self.volume(slot) else {
+            return Vec::new();
+        };
+        let mut walk = Walk::default();
+        let darts = self.map.orbit(volume, &mut walk);
+        let beyond = darts.filter_map(|dart| self.map.beta3(dart));
+        let mut slots: Vec<_> = beyond
+            .map(|dart| self.slot(self.map.volume(dart)))
+            .collect();
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
     /// The fragment that a cell is part of, or `None` if there is no cell in the slot.
     pub fn fragment(&self, slot: u32) -> Option<u32> {
         self.volume(slot)?;

@@ -6,6 +6,7 @@ mod meshes;
 mod messages;
 mod motion;
 mod networks;
+mod rules;
 mod scenes;
 
 use sinew_proto::v1::{CreateSessionRequest, Scene, Session};

@@ -16,6 +16,7 @@ pub(crate) fn explained(explanation: &Explanation) -> String {
         cluster,
         mapping_step,
         reference: _,
+        topology_step,
     } = explanation;
     let from = match explanation.reference() {
         Reference::Unspecified | Reference::Initial => "",
@@ -39,8 +40,11 @@ pub(crate) fn explained(explanation: &Explanation) -> String {
         let vertices = count(u64::from(*vertex_count));
         format!(", in the cluster of vertex {first_vertex}, {vertices} vertices")
     });
+    let torn = topology_step.map_or_else(String::new, |step| {
+        format!("its cells changed last at step {}\n", count(step))
+    });
     format!(
-        "vertex {vertex} is at {} m at step {}, at rest {} m\n{rule}{from} since step {}{with}\n\n{table}",
+        "vertex {vertex} is at {} m at step {}, at rest {} m\n{rule}{from} since step {}{with}\n{torn}\n{table}",
         place(position.as_ref()),
         count(*step),
         place(rest_position.as_ref()),
@@ -84,11 +88,13 @@ mod tests {
             }),
             mapping_step: 600,
             reference: Reference::Initial.into(),
+            topology_step: Some(1100),
         };
         assert_eq!(
             explained(&explanation),
             "vertex 42 is at (0.2500, 0.0000, 1.0000) m at step 1,234, at rest (0.0000, 0.0000, 1.0000) m\n\
              shape_matching since step 600, in the cluster of vertex 3, 1,064 vertices\n\
+             its cells changed last at step 1,100\n\
              \n\
              point  index  weight  rest distance\n\
              LKNE       7  0.7500       0.0310 m\n\

@@ -4,10 +4,12 @@ use std::{net::SocketAddr, sync::Arc};
 
 use nalgebra::Vector3;
 use sinew_client::{Client, Subscription, Update, grid};
-use sinew_engine::{Change, Event, EventKind, Frame, Layout};
+use sinew_engine::{
+    Change, Event, EventKind, Filter, Frame, Kernel, Layout, Recipe, Reference, Rule, Weighting,
+};
 use sinew_mesh::{Grid, shapes};
 use sinew_proto::v1;
-use sinew_tearing::{Answer, Body, Effect, Request};
+use sinew_tearing::{Answer, Body, Effect, Request, View};
 
 use crate::{Config, Server, registry::Entry, timing::StepTiming};
 
@@ -92,7 +94,25 @@ impl Script {
     /// A step in which some faces open.
     pub(super) fn tear(&mut self, faces: usize) {
         let facets = self.whole.split_off(self.whole.len() - faces);
-        let mut outcome = self.body.apply(&[Request::Open { facets }]);
+        // One point for all: where it is makes no difference to faces that are named.
+        let points = [Vector3::zeros()];
+        let recipe = Recipe {
+            weighting: Weighting::Distance {
+                kernel: Kernel::Gaussian,
+                scale: None,
+                coefficients: Vec::new(),
+            },
+            filter: Filter::KeepK(1),
+            rule: Rule::Direct,
+            reference: Reference::Initial,
+        };
+        let binding = sinew_mapping::bind(self.body.rest(), &points, &[true], &recipe).unwrap();
+        let view = View {
+            binding: &binding,
+            points: &points,
+            now: &self.frame.vertices,
+        };
+        let mut outcome = self.body.apply(&[Request::Open { facets }], &view);
         let Some(Answer::Applied(done)) = outcome.answers.pop() else {
             panic!("whole faces open")
         };

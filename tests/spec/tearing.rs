@@ -1,0 +1,88 @@
+//! Meshes that come apart by the rules of their scenes, as clients meet them.
+
+use sinew_proto::v1::{Mapping, MotionRule, Scene, UpdateMappingRequest, motion_rule};
+use sinew_tests::{TestServer, live, scenes};
+
+use crate::determinism::same_on_any_number_of_threads;
+
+const POINTS: usize = 12;
+
+/// Cubes in the unit cube, which open around whatever is stretched by a fifth.
+fn brittle(cubes: usize) -> Scene {
+    let rule = r#"[{"measure": {"edges": {}}, "threshold": 0.2, "action": {"open": {}}}]"#;
+    Scene {
+        rules: serde_json::from_str(rule).unwrap(),
+        ..scenes::block(POINTS, cubes, scenes::Rule::Mean)
+    }
+}
+
+/// Points pulled apart along z, m.
+fn pulled(by: f64) -> Vec<[f64; 3]> {
+    let pull = |[x, y, z]: [f64; 3]| [x, y, z + by * z];
+    scenes::rest(POINTS).into_iter().map(pull).collect()
+}
+
+#[test]
+fn a_recording_tears_a_scene_alike_on_any_number_of_threads() {
+    same_on_any_number_of_threads(async |server| {
+        let session = server.create("tissue", brittle(8)).await;
+        let mut source = session.source().await;
+        let mut digests = vec![session.digest().await];
+        for n in 1..=12 {
+            digests.push(
+                session
+                    .step_to(&mut source, &pulled(0.05 * f64::from(n)))
+                    .await,
+            );
+        }
+        let torn = session.get().await.unwrap();
+        assert!(torn.vertex_count > 9 * 9 * 9, "it tears");
+        digests
+    });
+}
+
+#[test]
+fn a_scene_without_rules_never_tears() {
+    live(async {
+        let server = TestServer::start().await;
+        let mut scene = brittle(3);
+        scene.rules.clear();
+        let session = server.create("", scene).await;
+        let mut source = session.source().await;
+        for n in 1..=12 {
+            session
+                .step_to(&mut source, &pulled(0.2 * f64::from(n)))
+                .await;
+        }
+        assert_eq!(session.get().await.unwrap().vertex_count, 64);
+    });
+}
+
+#[test]
+fn a_torn_mesh_can_be_mapped_anew_and_explained() {
+    live(async {
+        let server = TestServer::start().await;
+        let session = server.create("", brittle(3)).await;
+        let mut source = session.source().await;
+        for n in 1..=10 {
+            session
+                .step_to(&mut source, &pulled(0.05 * f64::from(n)))
+                .await;
+        }
+        let vertices = session.get().await.unwrap().vertex_count;
+        assert!(vertices > 64, "it tears");
+        let direct = motion_rule::Kind::Direct(Default::default());
+        let update = UpdateMappingRequest {
+            mapping: Some(Mapping {
+                rule: Some(MotionRule { kind: Some(direct) }),
+                ..Mapping::default()
+            }),
+            ..UpdateMappingRequest::default()
+        };
+        session.remap(update).await.unwrap();
+        session.step_to(&mut source, &pulled(0.5)).await;
+        let newest = session.explain(vertices - 1).await.unwrap();
+        assert_eq!((newest.rule.as_str(), newest.points.len()), ("direct", 1));
+        assert!(newest.topology_step.is_some(), "{newest:?}");
+    });
+}
