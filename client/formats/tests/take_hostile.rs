@@ -14,7 +14,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 const BYTES_PER_BYTE: usize = 32;
 const SLACK: usize = 64 * 1024;
 
-const FILES: [(&str, &[u8]); 7] = [
+const FILES: [(&str, &[u8]); 13] = [
     ("a.c3d", include_bytes!("data/take/cmu_02_01.c3d")),
     ("b.c3d", include_bytes!("data/take/momentum_pc_int.c3d")),
     ("c.c3d", include_bytes!("data/take/momentum_dec_real.c3d")),
@@ -25,6 +25,15 @@ const FILES: [(&str, &[u8]); 7] = [
     ("e.trc", include_bytes!("data/take/opensim_crlf.trc")),
     ("f.trc", include_bytes!("data/take/opensim_nan_cases.trc")),
     ("g.bvh", include_bytes!("data/take/freebvh_cut.bvh")),
+    ("h.csv", include_bytes!("data/take/small_motive.csv")),
+    ("i.csv", include_bytes!("data/take/small_nexus.csv")),
+    ("j.tsv", include_bytes!("data/take/small_qualisys.tsv")),
+    ("k.mot", include_bytes!("data/take/small_walk.mot")),
+    (
+        "l.lammpstrj",
+        include_bytes!("data/take/small_melt.lammpstrj"),
+    ),
+    ("m.xyz", include_bytes!("data/take/small_water.xyz")),
 ];
 
 /// Reads `bytes`, watching the memory that it takes; true if a take came out.

@@ -105,8 +105,8 @@ fn every_shared_capture_reads_as_other_programs_read_it() {
     let Some(shared) = shared() else { return };
     let references = references();
     let mut compared = 0;
-    for format in Format::ALL {
-        let folder = std::fs::read_dir(shared.join(format.extension())).unwrap();
+    for format in [Format::C3d, Format::Trc, Format::Bvh] {
+        let folder = std::fs::read_dir(shared.join(format.extensions()[0])).unwrap();
         for path in folder.map(|entry| entry.unwrap().path()) {
             let name = path.file_name().unwrap().to_str().unwrap();
             let reference = references

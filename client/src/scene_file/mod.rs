@@ -1,7 +1,7 @@
 //! Scene files: `sinew.v1.Scene` in protobuf's JSON mapping, or TOML with the same names.
 //!
 //! Two fields exist in files only and are resolved here, before the scene is posted: `motion.external.file`, a take
-//! (C3D, TRC, BVH), and `mesh.file`, a mesh. Both paths are relative to the scene file. From a take come
+//! (C3D, TRC, BVH and others), and `mesh.file`, a mesh. Both paths are relative to the scene file. From a take come
 //!
 //! * `motion.external.labels`, `restPositions`, `absent` and `rateHz`, each where the scene leaves it empty;
 //! * `mesh.lattice.bones`, the take's skeleton, where the scene asks for a lattice and gives no bones;

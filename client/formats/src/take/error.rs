@@ -42,9 +42,9 @@ pub enum TakeFileError {
 }
 
 fn known_extensions() -> String {
-    Format::ALL
-        .map(|format| format!(".{}", format.extension()))
-        .join(" ")
+    let known = Format::ALL.iter().flat_map(|format| format.extensions());
+    let dotted: Vec<_> = known.map(|extension| format!(".{extension}")).collect();
+    dotted.join(" ")
 }
 
 /// A place in a file.

@@ -1,4 +1,5 @@
-//! Motion captures: labelled points over time, from C3D, TRC and BVH files.
+//! Motion captures and other recordings: labelled points over time, from C3D, TRC, BVH, MOT and STO, the text exports
+//! of Motive, Vicon Nexus and Qualisys, plain tables, LAMMPS dumps and XYZ.
 //!
 //! [`read`] and [`parse`] give a [`Take`]: positions in metres, one visibility flag per sample, and in
 //! [`Take::warnings`] everything in the file that a careful reader would have frowned at. A file that cannot be
@@ -24,7 +25,11 @@
 mod bvh;
 mod c3d;
 mod error;
+mod exports;
+mod particles;
 mod recording;
+mod storage;
+mod table;
 mod trc;
 mod units;
 
@@ -45,19 +50,39 @@ pub enum Format {
     Trc,
     /// Biovision's skeleton with joint angles.
     Bvh,
+    /// OpenSim's table of coordinates, forces and, at times, points.
+    Storage,
+    /// A text export of Motive, Vicon Nexus or Qualisys, or a plain table; the contents tell which.
+    Table,
+    /// A text dump of LAMMPS.
+    Lammps,
+    /// XYZ, of many simulators.
+    Xyz,
 }
 
 impl Format {
     /// Every format, in the order in which help texts list them.
-    pub const ALL: [Self; 3] = [Self::C3d, Self::Trc, Self::Bvh];
+    pub const ALL: [Self; 7] = [
+        Self::C3d,
+        Self::Trc,
+        Self::Bvh,
+        Self::Storage,
+        Self::Table,
+        Self::Lammps,
+        Self::Xyz,
+    ];
 
-    /// The file extension, lower case, without the dot.
+    /// The file extensions, lower case, without the dot; the first is also the format's short name.
     #[must_use]
-    pub fn extension(self) -> &'static str {
+    pub fn extensions(self) -> &'static [&'static str] {
         match self {
-            Self::C3d => "c3d",
-            Self::Trc => "trc",
-            Self::Bvh => "bvh",
+            Self::C3d => &["c3d"],
+            Self::Trc => &["trc"],
+            Self::Bvh => &["bvh"],
+            Self::Storage => &["mot", "sto"],
+            Self::Table => &["csv", "tsv"],
+            Self::Lammps => &["lammpstrj", "dump"],
+            Self::Xyz => &["xyz"],
         }
     }
 
@@ -65,17 +90,18 @@ impl Format {
     #[must_use]
     pub fn of(name: &Path) -> Option<Self> {
         let extension = name.extension()?;
-        Self::ALL
-            .into_iter()
-            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
+        Self::ALL.into_iter().find(|format| {
+            let mut known = format.extensions().iter();
+            known.any(|known| extension.eq_ignore_ascii_case(known))
+        })
     }
 }
 
 /// What a reader cannot know from the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Metres per unit of length in the file, finite and > 0. `None`: the file's own unit, or for BVH, which names
-    /// none, centimetres.
+    /// Metres per unit of length in the file, finite and > 0. `None`: the file's own unit. Where the format names none,
+    /// centimetres for BVH, millimetres for Qualisys, metres for the others.
     pub unit_scale: Option<f64>,
 }
 
@@ -113,6 +139,10 @@ pub fn parse(name: &str, bytes: &[u8], options: &Options) -> Result<Take, TakeFi
         Format::C3d => c3d::parse(bytes, options),
         Format::Trc => trc::parse(bytes, options),
         Format::Bvh => bvh::parse(bytes, options),
+        Format::Storage => storage::parse(bytes, options),
+        Format::Table => exports::parse(bytes, options),
+        Format::Lammps => particles::lammps(bytes, options),
+        Format::Xyz => particles::xyz(bytes, options),
     };
     take.map_err(|Fault { place, problem }| TakeFileError::Malformed {
         name: name.to_owned(),

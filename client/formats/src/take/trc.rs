@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::error::{Fault, Place, check_samples, quoted};
 use super::recording::{Recorder, finite};
+use super::table::{coordinate_in, text};
 use super::{Format, Options, Take, units};
 
 /// The lines before the rows: the kind of file, the names of its properties, their values, the labels, the axes.
@@ -12,8 +13,7 @@ const HEADER_LINES: usize = 5;
 const LEADING_CELLS: usize = 2;
 
 pub(super) fn parse(bytes: &[u8], options: &Options) -> Result<Take, Fault> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let text = &text(bytes);
     let mut warnings = Vec::new();
     let header = Header::read(text, options, &mut warnings)?;
     let points = header.labels.len();
@@ -221,19 +221,6 @@ fn read_row<'a>(
             format!("holds {} after the last of {column} columns", quoted(cell)),
         )),
         None => Ok(short),
-    }
-}
-
-/// A number, or `None` for a gap: blank, or not finite in the spelling of any language (`NaN`, `-nan(ind)`, `1.#QNAN`).
-fn coordinate_in(cell: &str) -> Result<Option<f64>, ()> {
-    let cell = cell.trim();
-    match cell.parse::<f64>() {
-        Ok(value) => Ok(Some(value).filter(|value| value.is_finite())),
-        Err(_) => {
-            let bare = cell.trim_start_matches(['-', '+']).to_ascii_lowercase();
-            let gap = bare.is_empty() || bare.starts_with("nan") || bare.starts_with("1.#");
-            gap.then_some(None).ok_or(())
-        }
     }
 }
 

@@ -18,7 +18,7 @@ use crate::{
     table::count,
 };
 
-/// Streams a take (C3D, TRC, BVH) to a session. The take's points are those of the scene, in any order.
+/// Streams a take (C3D, TRC, BVH and others; see `sinew inspect --help`) to a session. The take's points are those of the scene, in any order.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew stream walk.c3d --session walk                      at the take's own rate

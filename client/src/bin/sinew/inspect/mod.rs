@@ -13,16 +13,21 @@ use crate::Failure;
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew inspect walk.c3d                       points, rate, gaps
+  sinew inspect walk.c3d --gaps                when each point is seen, as a picture
   sinew inspect liver.msh                      cells, volume, inverted and degenerate cells
   sinew inspect liver.msh --json               the same for programs
   sinew inspect liver.msh --repair liver.vtu   writes it repaired: all cells the right way out, none degenerate")]
 pub(crate) struct Arguments {
-    /// A mesh (VTK, VTU, Gmsh, Medit, OBJ, PLY, STL, OFF and others) or a take (C3D, TRC, BVH).
+    /// A mesh (VTK, VTU, Gmsh, Medit, OBJ, PLY, STL, OFF and others) or a take (C3D, TRC, BVH,
+    /// MOT, STO, the CSV and TSV exports of Motive, Nexus and Qualisys, plain tables, LAMMPS dumps, XYZ).
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Print JSON, with all ids.
     #[arg(long)]
     json: bool,
+    /// Show when each point of a take is seen, as a picture.
+    #[arg(long, conflicts_with = "json")]
+    gaps: bool,
     /// Write the mesh, repaired, to a .vtk or .vtu file.
     #[arg(long, value_name = "OUT")]
     repair: Option<PathBuf>,
@@ -37,6 +42,8 @@ pub(crate) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
             return Err("--repair is for meshes; this is a take".into());
         }
         take::inspect(arguments)
+    } else if arguments.gaps {
+        Err("--gaps is for takes; this is none by its name".into())
     } else {
         mesh::inspect(arguments)
     }

@@ -20,6 +20,9 @@ pub(super) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         say!("{}", arguments.file.display());
         put!("{}", describe(&take));
+        if arguments.gaps {
+            put!("{}", picture(&take));
+        }
     }
     Ok(())
 }
@@ -89,6 +92,34 @@ fn describe(take: &Take) -> String {
     text
 }
 
+/// Columns of the picture, at most.
+const WIDE: usize = 64;
+
+/// A row for each point, time from left to right: `█` seen, `▒` seen at times, `·` not seen.
+fn picture(take: &Take) -> String {
+    let (points, frames) = (take.labels().len(), take.frames());
+    let wide = frames.min(WIDE);
+    let mut table = Table::of_words();
+    for (point, label) in take.labels().iter().enumerate() {
+        let bar: String = (0..wide)
+            .map(|column| {
+                let span = column * frames / wide..(column + 1) * frames / wide;
+                let seen = |frame: &usize| take.visible()[frame * points + point];
+                match span.clone().filter(seen).count() {
+                    0 => '·',
+                    all if all == span.len() => '█',
+                    _ => '▒',
+                }
+            })
+            .collect();
+        table.row([format!("  {label}"), bar]);
+    }
+    format!(
+        "\nseen (█ always, ▒ at times, · never), {:.2} s from left to right:\n{table}",
+        seconds(take)
+    )
+}
+
 fn to_json(take: &Take) -> serde_json::Value {
     let points: Vec<_> = take
         .labels()
@@ -102,7 +133,7 @@ fn to_json(take: &Take) -> serde_json::Value {
         .collect();
     json!({
         "kind": "take",
-        "format": take.format().map(take::Format::extension),
+        "format": take.format().map(|format| format.extensions()[0]),
         "frames": take.frames(),
         "rateHz": take.rate_hz(),
         "firstTimeSeconds": take.first_time_seconds(),
@@ -136,6 +167,22 @@ mod tests {
              \nhidden, in frames:\n  \
                point  hidden  gaps  longest\n  \
                hand   50.0 %     1        1\n"
+        );
+    }
+
+    #[test]
+    fn the_picture_shows_when_a_point_is_seen() {
+        let (seen, hidden) = (Some(Vector3::x()), None);
+        let hand = (0..128).map(|frame| if frame < 64 { seen } else { hidden });
+        let foot = (0..128).map(|frame| if frame % 2 == 0 { seen } else { hidden });
+        let samples = hand.zip(foot).flat_map(|(hand, foot)| [hand, foot]);
+        let text = picture(&Take::new(["hand", "foot"], 64.0, samples));
+        let (full, none, some) = ("█".repeat(32), "·".repeat(32), "▒".repeat(64));
+        assert_eq!(
+            text,
+            format!(
+                "\nseen (█ always, ▒ at times, · never), 2.00 s from left to right:\n  hand  {full}{none}\n  foot  {some}\n"
+            )
         );
     }
 
