@@ -113,7 +113,7 @@ impl Body {
             slots,
         };
         let slots = body.all_slots();
-        body.take_hashes(&slots, &body.cells());
+        body.changed(&slots);
         Ok((body, BodyReport { build }))
     }
 

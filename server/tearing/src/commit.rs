@@ -144,9 +144,8 @@ impl Batch {
         if self.dirty.is_empty() {
             return None;
         }
-        let slots: Vec<_> = self.dirty.into_iter().collect();
-        let cells = body.cells_in(&slots);
-        body.take_hashes(&slots, &cells);
+        let touched: Vec<_> = self.dirty.into_iter().collect();
+        let (slots, cells) = body.changed(&touched);
         let from_version = body.version;
         body.version += 1;
         Some(Patch {
@@ -271,15 +270,21 @@ impl Body {
         }
     }
 
-    /// Takes over the hashes of what is now in these slots.
-    pub(crate) fn take_hashes(&mut self, slots: &[u32], cells: &Cells) {
+    /// Of these slots, those whose cell is another than before, and the cells; takes over their hashes.
+    pub(crate) fn changed(&mut self, touched: &[u32]) -> (Vec<u32>, Cells) {
         self.hashes.resize(self.slot_count(), 0);
-        for (cell, &slot) in cells.iter().zip(slots) {
+        let (mut slots, mut changed) = (Vec::new(), Cells::default());
+        for (cell, &slot) in self.cells_in(touched).iter().zip(touched) {
             let entry = &mut self.hashes[slot as usize];
             let new = cell.hash(slot);
-            self.hash = self.hash.wrapping_sub(*entry).wrapping_add(new);
-            *entry = new;
+            if *entry != new {
+                self.hash = self.hash.wrapping_sub(*entry).wrapping_add(new);
+                *entry = new;
+                slots.push(slot);
+                changed.push(cell);
+            }
         }
+        (slots, changed)
     }
 
     fn seam(&self, kind: SeamKind, darts: [Dart; 2]) -> Seam {
