@@ -25,4 +25,4 @@ pub use lattice::{Capsule, LatticeError, MOST_CELLS, lattice};
 pub use measure::{area, cell_volume, face_area, quality, volume};
 pub use patch::PatchError;
 pub use repair::{Fault, Repairs, repair};
-pub use surface::{Surface, surface, vertex_normals};
+pub use surface::{Surface, split_surface, surface, vertex_normals};

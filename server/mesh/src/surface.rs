@@ -17,20 +17,26 @@ pub struct Surface {
 /// The surface of checked cells: the faces that belong to one volume only, by ascending cell, then the surface cells
 /// that are no face of a volume, as they are wound. Polygons become fans around their first vertex.
 pub fn surface(cells: &Cells) -> Surface {
+    let [whole, _] = split_surface(cells, |_| false);
+    whole
+}
+
+/// The surface in two parts: the faces that `is_second` does not take, and those that it does.
+pub fn split_surface(cells: &Cells, mut is_second: impl FnMut(&Face<'_>) -> bool) -> [Surface; 2] {
     let faces = FaceSets::new(cells);
     let exposed = faces.exposed(|_| {});
     let mut exposed = exposed.iter();
-    let mut triangles = Vec::new();
+    let mut parts = [Vec::new(), Vec::new()];
     for wanted in [CellType::is_volume, CellType::is_surface] {
         for cell in cells.iter().filter(|cell| wanted(cell.kind)) {
             for face in cell.faces() {
                 if exposed.next() == Some(&true) {
-                    triangles.extend(fan(&face));
+                    parts[usize::from(is_second(&face))].extend(fan(&face));
                 }
             }
         }
     }
-    compact(triangles)
+    parts.map(compact)
 }
 
 fn fan(face: &Face<'_>) -> impl Iterator<Item = [u32; 3]> {

@@ -2,7 +2,7 @@
 
 use re_sdk::blueprint::{
     Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-    Spatial3DView, TimePanel, TimeSeriesView, Vertical,
+    Spatial3DView, Tabs, TextLogView, TimePanel, TimeSeriesView, Vertical,
 };
 use re_sdk::external::re_log_types::LogMsg;
 use re_sdk::log::{Chunk, RowId};
@@ -14,7 +14,10 @@ use re_sdk_types::blueprint::components::{BackgroundKind, PanelState, PlayState}
 use re_sdk_types::components::{Color, Name};
 
 use crate::EncodeError;
-use crate::recorder::{APPLICATION, EXTENT, LATENCY_MS, MESH, POINTS, STEP, STEP_MS};
+use crate::recorder::{
+    APPLICATION, EVENTS, EXTENT, FRACTURE, LATENCY_MS, MEASURES, MESH, PLACES, POINTS, STEP,
+    STEP_MS,
+};
 use crate::recording::Message;
 
 const MESH_VIEW: &str = "Mesh";
@@ -80,18 +83,21 @@ fn row(
 }
 
 fn layout() -> Blueprint {
-    let scene = Spatial3DView::new(MESH_VIEW).with_contents([MESH, POINTS, EXTENT]);
+    let scene =
+        Spatial3DView::new(MESH_VIEW).with_contents([MESH, FRACTURE, POINTS, PLACES, EXTENT]);
     // Points that drive a volume stand inside of it: here they are seen.
     let points = Spatial3DView::new(POINTS_VIEW).with_contents([POINTS, EXTENT]);
     let plot = |name: &str, entity: &str| -> ContainerLike {
         TimeSeriesView::new(name).with_origin(entity).into()
     };
-    let aside: [ContainerLike; 3] = [
+    let times = Tabs::new([plot("Step, ms", STEP_MS), plot("Latency, ms", LATENCY_MS)]);
+    let aside: [ContainerLike; 4] = [
         points.into(),
-        plot("Step, ms", STEP_MS),
-        plot("Latency, ms", LATENCY_MS),
+        plot("Measures", MEASURES),
+        TextLogView::new("Events").with_origin(EVENTS).into(),
+        times.into(),
     ];
-    let aside = Vertical::new(aside).with_row_shares([2.0, 1.0, 1.0]);
+    let aside = Vertical::new(aside).with_row_shares([2.0, 1.0, 1.0, 1.0]);
     let views: [ContainerLike; 2] = [scene.into(), aside.into()];
     Blueprint::new(Horizontal::new(views).with_column_shares([3.0, 1.0]))
         .with_auto_views(false)

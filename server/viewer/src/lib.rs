@@ -13,6 +13,7 @@
 mod blueprint;
 mod feed;
 mod file;
+mod happenings;
 mod hub;
 mod lane;
 mod pages;
@@ -20,6 +21,7 @@ mod palette;
 mod publisher;
 mod recorder;
 mod recording;
+mod scars;
 
 use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};

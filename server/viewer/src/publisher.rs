@@ -1,15 +1,20 @@
 //! From sessions to the one thread that encodes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::Shown;
+use crate::happenings::Happening;
 use crate::hub::Hub;
 use crate::recorder::Recorder;
 
-/// One slot per session, for the frame to be shown next.
+/// Steps of a session that changed its mesh and wait for the thread. With more, the oldest are not shown; only a thread
+/// that is held up for as many steps comes to that.
+const HAPPENINGS: usize = 1024;
+
+/// One slot per session, for the frame to be shown next, and a queue for what must not be missed between two frames.
 #[derive(Default)]
 pub(crate) struct Mailbox {
     mail: Mutex<Mail>,
@@ -20,6 +25,7 @@ pub(crate) struct Mailbox {
 struct Mail {
     opened: Vec<(u64, Recorder)>,
     shown: BTreeMap<u64, Shown>,
+    happened: BTreeMap<u64, VecDeque<Happening>>,
     ended: Vec<u64>,
     /// Someone came who wants what is there already.
     joined: bool,
@@ -31,6 +37,7 @@ impl Mail {
         let Self {
             opened,
             shown,
+            happened: _, // each comes with a frame
             ended,
             joined,
             closing,
@@ -97,7 +104,18 @@ impl Publisher {
     /// Leaves a frame to be shown. It replaces the one before if that has not been taken yet, so this never waits for
     /// a viewer, a file or an encoder; the lock that it takes is held to put a pointer in a map or to take it out.
     pub fn publish(&self, shown: Shown) {
-        let before = self.mailbox.lock().shown.insert(self.key, shown);
+        let happening = Happening::of(&shown.frame);
+        let before = {
+            let mut mail = self.mailbox.lock();
+            if let Some(happening) = happening {
+                let queue = mail.happened.entry(self.key).or_default();
+                if queue.len() == HAPPENINGS {
+                    queue.pop_front();
+                }
+                queue.push_back(happening);
+            }
+            mail.shown.insert(self.key, shown)
+        };
         self.mailbox.bell.notify_one();
         if before.is_some() {
             self.replaced.fetch_add(1, Ordering::Relaxed);
@@ -132,6 +150,11 @@ pub(crate) fn run(mailbox: &Mailbox, hub: &Hub, interval: Duration) {
         for (key, recorder) in mail.opened {
             let waiting = None;
             sessions.insert(key, Session { recorder, waiting });
+        }
+        for (key, happened) in mail.happened {
+            if let Some(session) = sessions.get_mut(&key) {
+                happened.into_iter().for_each(|h| session.recorder.learn(h));
+            }
         }
         for (key, shown) in mail.shown {
             if let Some(session) = sessions.get_mut(&key) {

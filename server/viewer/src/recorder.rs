@@ -1,5 +1,6 @@
 //! From frames to Rerun's messages.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -13,15 +14,24 @@ use re_sdk_types::archetypes::{
     Mesh3D, Points3D, RecordingInfo, Scalars, SeriesLines, ViewCoordinates,
 };
 use re_sdk_types::components::{Color, Radius};
-use sinew_engine::{Frame, Layout, PointState, UpAxis};
-use sinew_mesh::{Surface, surface, vertex_normals};
+use sinew_engine::{Frame, Layout, Measured, PointState, UpAxis};
+use sinew_mesh::{Surface, split_surface, vertex_normals};
 
+use crate::happenings::Happening;
 use crate::recording::{Message, Step};
+use crate::scars::Scars;
 use crate::{EncodeError, SessionInfo, Shown, palette};
 
 pub(crate) const APPLICATION: &str = "sinew";
 pub(crate) const MESH: &str = "/mesh";
+/// The faces that came apart.
+pub(crate) const FRACTURE: &str = "/fracture";
 pub(crate) const POINTS: &str = "/points";
+/// What happened, and where.
+pub(crate) const EVENTS: &str = "/events";
+pub(crate) const PLACES: &str = "/events/places";
+/// What the rules measure, and their thresholds.
+pub(crate) const MEASURES: &str = "/plots/measures";
 /// Invisible; what the eye follows.
 pub(crate) const EXTENT: &str = "/extent";
 pub(crate) const STEP_MS: &str = "/plots/step_ms";
@@ -37,6 +47,11 @@ const VALID: u32 = 0xffff_ffff;
 const PREDICTED: u32 = 0xffd9_4dff;
 const HELD: u32 = 0xff8c_1aff;
 const LOST: u32 = 0xe023_23ff;
+/// No colour of the palette is as dark or as warm.
+const FRACTURED: u32 = 0xb314_2bff;
+const THRESHOLD: u32 = 0x9aa0_a6ff;
+/// Steps with events that wait for someone to show them to; of more, the newest.
+const UNTOLD: usize = 256;
 
 /// Writes one session's frames as rows. Each row carries all timelines.
 pub(crate) struct Recorder {
@@ -45,12 +60,17 @@ pub(crate) struct Recorder {
     drawn: Option<Drawn>,
     generation: u64,
     normals: Vec<[f32; 3]>,
+    scars: Scars,
+    /// A fracture was drawn, so that one that is no more must be cleared.
+    scarred: bool,
+    untold: VecDeque<Happening>,
 }
 
 /// What the last whole step said, so that positions alone can follow it.
 struct Drawn {
     layout: Arc<Layout>,
     surface: Surface,
+    fracture: Surface,
     /// The points that are not absent.
     points: Vec<usize>,
     has_capture_time: bool,
@@ -59,8 +79,8 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn new(frame: &Frame) -> Self {
-        let surface = surface(&frame.layout.cells);
+    fn new(frame: &Frame, scars: &mut Scars) -> Self {
+        let [surface, fracture] = split_surface(&frame.layout.cells, |face| scars.contain(face));
         let centre = centre(&surface, &frame.vertices);
         let away = surface
             .vertices
@@ -70,6 +90,7 @@ impl Drawn {
         Self {
             layout: Arc::clone(&frame.layout),
             surface,
+            fracture,
             reach: reach * FRAMING,
             points: present(frame).collect(),
             has_capture_time: frame.capture_time_seconds.is_some(),
@@ -117,6 +138,9 @@ impl Recorder {
             drawn: None,
             generation: 0,
             normals: Vec::new(),
+            scars: Scars::default(),
+            scarred: false,
+            untold: VecDeque::new(),
         }
     }
 
@@ -145,27 +169,59 @@ impl Recorder {
         ])
     }
 
-    /// The rows of one step: mesh and points, then the plots.
+    /// Takes what a step did to the mesh; it is shown with the next frame.
+    pub(crate) fn learn(&mut self, happening: Happening) {
+        if let Some(patch) = &happening.change.patch {
+            self.scars.follow(patch, happening.vertices);
+        }
+        if self.untold.len() == UNTOLD {
+            self.untold.pop_front();
+        }
+        self.untold.push_back(happening);
+    }
+
+    /// The rows of one step: mesh and points, then the plots and what happened.
     pub(crate) fn record(&mut self, shown: &Shown) -> Result<(Step, Vec<Message>), EncodeError> {
         let frame = &*shown.frame;
         let (drawn, whole) = match self.drawn.take().filter(|drawn| drawn.covers(frame)) {
             Some(drawn) => (drawn, false),
-            None => (Drawn::new(frame), true),
+            None => (Drawn::new(frame, &mut self.scars), true),
         };
         self.generation += u64::from(whole);
         let at = time_of(frame);
-        let mut messages = Vec::with_capacity(3);
+        let mut messages = Vec::with_capacity(4);
         if !drawn.surface.triangles.is_empty() {
-            let mesh = self.mesh(&drawn, frame, whole);
+            let mut mesh = self.surface(&drawn.surface, frame, whole);
+            if whole {
+                mesh.push(dominant_colours(&drawn));
+            }
             messages.push(self.row(MESH, &at, mesh)?);
             let extent = drawn.extent(&frame.vertices).as_serialized_batches();
             messages.push(self.row(EXTENT, &at, extent)?);
+        }
+        if !drawn.fracture.triangles.is_empty() {
+            let mut fracture = self.surface(&drawn.fracture, frame, whole);
+            if whole {
+                let colour = Mesh3D::update_fields().with_albedo_factor(FRACTURED);
+                fracture.extend(colour.as_serialized_batches());
+            }
+            self.scarred = true;
+            messages.push(self.row(FRACTURE, &at, fracture)?);
+        } else if whole && self.scarred {
+            let none = Mesh3D::clear_fields().as_serialized_batches();
+            messages.push(self.row(FRACTURE, &at, none)?);
         }
         let points = self.points(&drawn, frame, whole);
         messages.push(self.row(POINTS, &at, points)?);
         let mut plots = vec![self.plot(STEP_MS, &at, shown.step_seconds)?];
         if let Some(seconds) = shown.latency_seconds {
             plots.push(self.plot(LATENCY_MS, &at, seconds)?);
+        }
+        for measured in &frame.measures {
+            plots.push(self.measured(&at, measured)?);
+        }
+        for happening in std::mem::take(&mut self.untold) {
+            plots.extend(happening.messages(&self.store)?);
         }
         self.drawn = Some(drawn);
         let generation = self.generation;
@@ -177,10 +233,13 @@ impl Recorder {
         Ok((step, plots))
     }
 
-    fn mesh(&mut self, drawn: &Drawn, frame: &Frame, whole: bool) -> Vec<SerializedComponentBatch> {
-        let Drawn {
-            surface, layout, ..
-        } = drawn;
+    /// A surface's positions and normals; of a whole step, also its triangles.
+    fn surface(
+        &mut self,
+        surface: &Surface,
+        frame: &Frame,
+        whole: bool,
+    ) -> Vec<SerializedComponentBatch> {
         vertex_normals(&frame.vertices, surface, &mut self.normals);
         let positions = surface.vertices.iter().map(|&v| v as usize);
         let mut batches = vec![
@@ -194,22 +253,10 @@ impl Recorder {
             ),
         ];
         if whole {
-            let dominant = surface
-                .vertices
-                .iter()
-                .map(|&v| layout.dominant[v as usize]);
-            batches.extend([
-                batch(
-                    triples::<UInt32Type>(surface.triangles.as_flattened().to_vec()),
-                    Mesh3D::descriptor_triangle_indices(),
-                ),
-                batch(
-                    Arc::new(UInt32Array::from_iter_values(
-                        dominant.map(palette::qualitative),
-                    )),
-                    Mesh3D::descriptor_vertex_colors(),
-                ),
-            ]);
+            batches.push(batch(
+                triples::<UInt32Type>(surface.triangles.as_flattened().to_vec()),
+                Mesh3D::descriptor_triangle_indices(),
+            ));
         }
         batches
     }
@@ -251,6 +298,22 @@ impl Recorder {
         )
     }
 
+    /// A measure and its threshold, with their names: a reader may come at any step.
+    fn measured(&self, at: &TimePoint, measured: &Measured) -> Result<Message, EncodeError> {
+        let Measured {
+            rule,
+            greatest,
+            threshold,
+        } = *measured;
+        let colours = [palette::qualitative(rule), THRESHOLD].map(Color::from_u32);
+        let lines = SeriesLines::new()
+            .with_names([format!("rule {rule}"), format!("threshold {rule}")])
+            .with_colors(colours);
+        let mut batches = Scalars::new([greatest, threshold]).as_serialized_batches();
+        batches.extend(lines.as_serialized_batches());
+        self.row(format!("{MEASURES}/{rule}"), at, batches)
+    }
+
     fn fixed(
         &self,
         entity: impl Into<EntityPath>,
@@ -277,7 +340,22 @@ impl Recorder {
     }
 }
 
-fn time_of(frame: &Frame) -> TimePoint {
+/// The colour of each vertex's strongest point.
+fn dominant_colours(drawn: &Drawn) -> SerializedComponentBatch {
+    let Drawn {
+        surface, layout, ..
+    } = drawn;
+    let dominant = surface.vertices.iter();
+    let dominant = dominant.map(|&v| layout.dominant[v as usize]);
+    batch(
+        Arc::new(UInt32Array::from_iter_values(
+            dominant.map(palette::qualitative),
+        )),
+        Mesh3D::descriptor_vertex_colors(),
+    )
+}
+
+pub(crate) fn time_of(frame: &Frame) -> TimePoint {
     let step = i64::try_from(frame.step).unwrap_or(i64::MAX);
     let at = TimePoint::default()
         .with_index(STEP, TimeCell::from_sequence(step))
