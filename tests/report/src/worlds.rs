@@ -33,6 +33,7 @@ pub(crate) fn build(
         }),
         mesh: MeshSource::Grid(grid),
         mapping,
+        rules: Vec::new(),
         time_step: 0.01,
         up: UpAxis::Z,
     })
