@@ -1,7 +1,7 @@
 //! `sinew-report`: what Sinew's features cost and how exact they are, measured through the engine's public face.
 //!
 //! ```text
-//! cargo run --release -p sinew-report                   everything, in under ten minutes on two cores
+//! cargo run --release -p sinew-report                   everything
 //! cargo run --release -p sinew-report -- mapping rbf    these sections alone
 //! cargo run --release -p sinew-report -- --list         what sections there are
 //! ```
