@@ -4,12 +4,13 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 use prost::Message as _;
 
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "sinew/v1/asset.proto",
     "sinew/v1/data.proto",
     "sinew/v1/event.proto",
     "sinew/v1/mesh.proto",
     "sinew/v1/motion.proto",
+    "sinew/v1/particles.proto",
     "sinew/v1/rule.proto",
     "sinew/v1/scene.proto",
     "sinew/v1/session.proto",

@@ -28,7 +28,7 @@ fn folder(test: &str, scene: &str) -> PathBuf {
 fn external(scene: &v1::Scene) -> &v1::ExternalPoints {
     match scene.motion.as_ref().unwrap().source.as_ref().unwrap() {
         v1::motion::Source::External(points) => points,
-        v1::motion::Source::MassSpring(_) => panic!("a mass-spring network"),
+        v1::motion::Source::MassSpring(_) | v1::motion::Source::Particles(_) => panic!("particles"),
     }
 }
 

@@ -2,6 +2,7 @@
 //! [`sinew_engine::World::build`]; both name fields by their path in the request.
 
 mod mapping;
+mod particles;
 mod rule;
 
 use nalgebra::Vector3;
@@ -21,6 +22,7 @@ const DEFAULT_TIME_STEP: f64 = 1.0 / 120.0;
 const TITLE: usize = 200;
 
 pub(crate) use mapping::mapping;
+use particles::{mass_spring, particles};
 
 type Result<T, E = ServiceError> = std::result::Result<T, E>;
 
@@ -49,17 +51,16 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
                 Drive::External,
             )
         }
-        v1::motion::Source::MassSpring(network) => {
-            let drive = match pace {
-                v1::Pace::Unspecified | v1::Pace::RealTime => Drive::RealTime,
-                v1::Pace::Unpaced => Drive::Unpaced,
-            };
-            (
-                engine::Motion::Particles(Box::new(mass_spring(network)?)),
-                DEFAULT_TIME_STEP,
-                drive,
-            )
-        }
+        v1::motion::Source::MassSpring(network) => (
+            engine::Motion::MassSpring(Box::new(mass_spring(network)?)),
+            DEFAULT_TIME_STEP,
+            own_pace(pace),
+        ),
+        v1::motion::Source::Particles(given) => (
+            engine::Motion::Particles(Box::new(particles(given)?)),
+            DEFAULT_TIME_STEP,
+            own_pace(pace),
+        ),
     };
     let mesh = scene.mesh.unwrap_or_default();
     client_only("", mesh.file_unit_metres, "scene.mesh")?;
@@ -83,6 +84,14 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
         },
     };
     Ok((scene, drive))
+}
+
+/// How a session keeps time that makes its own motion.
+fn own_pace(pace: v1::Pace) -> Drive {
+    match pace {
+        v1::Pace::Unspecified | v1::Pace::RealTime => Drive::RealTime,
+        v1::Pace::Unpaced => Drive::Unpaced,
+    }
 }
 
 fn external(points: v1::ExternalPoints) -> Result<(engine::ExternalPoints, f64)> {
@@ -130,64 +139,6 @@ fn tracking(tracking: v1::Tracking) -> engine::Tracking {
         max_speed_change: max_speed_change.unwrap_or(default.max_speed_change),
         believe_seconds: believe_seconds.unwrap_or(default.believe_seconds),
     }
-}
-
-fn mass_spring(network: v1::MassSpring) -> Result<engine::SystemSpec> {
-    let field = |name: &str| format!("scene.motion.mass_spring.{name}");
-    let positions = vectors(network.positions.as_ref(), &field("positions"))?;
-    let ends = indices(network.springs.as_ref(), &field("springs"))?;
-    let (springs, odd) = ends.as_chunks::<2>();
-    if !odd.is_empty() {
-        let problem = format!("has {} numbers", ends.len());
-        return Err(invalid(
-            "LENGTH_MISMATCH",
-            field("springs"),
-            problem,
-            "give two particles for each spring",
-        ));
-    }
-    let velocities = match vectors(network.velocities.as_ref(), &field("velocities"))? {
-        empty if empty.is_empty() => vec![Vector3::zeros(); positions.len()],
-        given => given,
-    };
-    let column = |given: Option<&v1::Reals>, name: &str, len: usize, default: Option<f64>| {
-        let given = reals(given, &field(name))?;
-        match (given.as_slice(), default) {
-            ([], Some(default)) => Ok(vec![default; len]),
-            ([one], _) => Ok(vec![*one; len]),
-            (given, _) => Ok::<_, ServiceError>(given.to_vec()),
-        }
-    };
-    let rest_lengths = match &network.rest_lengths {
-        Some(given) if !given.is_empty() => {
-            Some(column(Some(given), "rest_lengths", springs.len(), None)?)
-        }
-        _ => None,
-    };
-    let gravity = network.gravity.unwrap_or_default();
-    let elastic = engine::Elastic {
-        stiffness: column(network.stiffness.as_ref(), "stiffness", springs.len(), None)?,
-        damping: column(
-            network.damping.as_ref(),
-            "damping",
-            springs.len(),
-            Some(0.0),
-        )?,
-        rest_lengths,
-    };
-    let masses = network.masses.as_ref();
-    Ok(engine::SystemSpec {
-        masses: column(masses, "masses", positions.len(), Some(1.0))?,
-        fixed: indices(network.fixed.as_ref(), &field("fixed"))?,
-        links: vec![engine::Links {
-            ends: springs.to_vec(),
-            law: engine::LinkLaw::Spring(elastic),
-        }],
-        gravity: Vector3::new(gravity.x, gravity.y, gravity.z),
-        positions,
-        velocities,
-        ..engine::SystemSpec::default()
-    })
 }
 
 fn mesh_source(source: v1::mesh::Source, assets: &Assets) -> Result<engine::MeshSource> {

@@ -4,7 +4,6 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytes::Bytes;
-use nalgebra::Vector3;
 use sinew_engine::{Frame, Layout};
 use sinew_proto::v1::{self, Precision, Reals, UnstructuredGrid};
 use tokio::sync::{broadcast, watch};
@@ -30,6 +29,7 @@ pub(crate) struct Published {
     pub(crate) event_sequence: u64,
     vertices: [OnceLock<Reals>; 2],
     points: [OnceLock<Reals>; 2],
+    orientations: [OnceLock<Reals>; 2],
 }
 
 impl Published {
@@ -41,17 +41,31 @@ impl Published {
             event_sequence,
             vertices: [OnceLock::new(), OnceLock::new()],
             points: [OnceLock::new(), OnceLock::new()],
+            orientations: [OnceLock::new(), OnceLock::new()],
         })
     }
 
     /// Vertex positions, packed once for all subscribers.
     pub(crate) fn vertices(&self, precision: Precision) -> Reals {
-        packed(&self.vertices, &self.frame.vertices, precision)
+        packed(&self.vertices, precision, |precision| {
+            Reals::pack(bytemuck::cast_slice(&self.frame.vertices), precision)
+        })
     }
 
     /// Point positions, packed once for all subscribers.
     pub(crate) fn points(&self, precision: Precision) -> Reals {
-        packed(&self.points, &self.frame.points, precision)
+        packed(&self.points, precision, |precision| {
+            Reals::pack(bytemuck::cast_slice(&self.frame.points), precision)
+        })
+    }
+
+    /// Orientations of the points as w x y z, packed once for all subscribers.
+    pub(crate) fn orientations(&self, precision: Precision) -> Reals {
+        packed(&self.orientations, precision, |precision| {
+            let orientations = self.frame.orientations.iter();
+            let numbers: Vec<f64> = orientations.flat_map(|q| [q.w, q.i, q.j, q.k]).collect();
+            Reals::pack(&numbers, precision)
+        })
     }
 
     /// One state per point.
@@ -64,11 +78,13 @@ impl Published {
     }
 }
 
-fn packed(cache: &[OnceLock<Reals>; 2], positions: &[Vector3<f64>], precision: Precision) -> Reals {
+fn packed(
+    cache: &[OnceLock<Reals>; 2],
+    precision: Precision,
+    pack: impl FnOnce(Precision) -> Reals,
+) -> Reals {
     let slot = usize::from(precision == Precision::F64);
-    cache[slot]
-        .get_or_init(|| Reals::pack(bytemuck::cast_slice(positions), precision))
-        .clone()
+    cache[slot].get_or_init(|| pack(precision)).clone()
 }
 
 #[derive(Default)]

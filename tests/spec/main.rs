@@ -10,6 +10,7 @@ mod http;
 mod lifecycle;
 mod mappings;
 mod motion;
+mod particles;
 mod refusals;
 mod remap;
 mod shutdown;

@@ -61,7 +61,7 @@ fn take_file(scene: &v1::Scene) -> Option<(&str, f64)> {
         v1::motion::Source::External(points) => {
             Some((&*points.file, points.file_unit_metres)).filter(|(name, _)| !name.is_empty())
         }
-        v1::motion::Source::MassSpring(_) => None,
+        v1::motion::Source::MassSpring(_) | v1::motion::Source::Particles(_) => None,
     }
 }
 

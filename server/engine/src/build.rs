@@ -3,14 +3,14 @@
 
 use std::{collections::BTreeMap, fmt::Display, sync::Arc};
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use sinew_capture::Tracker;
 use sinew_mesh::{Capsule, Grid, GridError, Inspection};
 use sinew_tearing::Body;
 
 use crate::{
     frame::{Frame, Layout, PointState},
-    particles::system_points,
+    particles::{Form, system_points},
     rest::Rest,
     rule::Action,
     rules::Rules,
@@ -33,6 +33,7 @@ pub(crate) struct Points {
     pub(crate) source: Source,
     pub(crate) labels: Vec<String>,
     pub(crate) rest: Vec<Vector3<f64>>,
+    pub(crate) orientations: Vec<UnitQuaternion<f64>>,
     pub(crate) states: Vec<PointState>,
     pub(crate) warnings: Vec<String>,
 }
@@ -55,7 +56,8 @@ impl World {
         check_time_step(time_step)?;
         let mut points = match motion {
             Motion::External(points) => external(points, time_step)?,
-            Motion::Particles(spec) => system_points(*spec, time_step)?,
+            Motion::MassSpring(spec) => system_points(*spec, Form::MassSpring, time_step)?,
+            Motion::Particles(spec) => system_points(*spec, Form::Particles, time_step)?,
         };
         let grid = mesh_grid(mesh, &mut points)?;
         let acts = rules.iter().any(|rule| rule.action != Action::Report);
@@ -90,6 +92,7 @@ impl World {
             capture_time_seconds: None,
             motion_sequence: None,
             points: rest.points.clone(),
+            orientations: points.orientations,
             point_states: points.states,
             doubts: Vec::new(),
             vertices: rest.vertices.clone(),
@@ -219,6 +222,7 @@ fn external(points: ExternalPoints, time_step: f64) -> Result<Points, SceneError
         source: Source::External(Box::new(tracker)),
         labels,
         rest,
+        orientations: Vec::new(),
         states,
         warnings: Vec::new(),
     })

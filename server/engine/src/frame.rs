@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use sinew_mesh::Cells;
 
 use crate::change::Change;
@@ -51,6 +51,8 @@ pub struct Frame {
     pub motion_sequence: Option<u64>,
     /// Point positions, m.
     pub points: Vec<Vector3<f64>>,
+    /// World from body, one per point; empty where the points have no orientation.
+    pub orientations: Vec<UnitQuaternion<f64>>,
     /// One per point.
     pub point_states: Vec<PointState>,
     /// The points whose samples were not believed at this step, ascending.

@@ -26,6 +26,10 @@ pub use scene::{
     Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
     Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
 };
-pub use sinew_particles::{Elastic, LinkLaw, Links, SystemSpec};
+pub use sinew_particles::{
+    Attraction, AttractionLaw, Driven, Elastic, EndingKind, ExternalForce, Form, FrameSpec,
+    Gradient, Integrator, LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion,
+    Stepping, SystemSpec, Track, Weighting as FormWeighting,
+};
 pub use sinew_tearing::{Patch, Seam, SeamKind};
 pub use world::{RemapError, StepError, World};

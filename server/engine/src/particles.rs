@@ -1,6 +1,6 @@
 //! Particles that a world moves itself.
 
-use sinew_particles::{Fault, SpecError, System, SystemSpec};
+use sinew_particles::{Fault, SpecError, Stepping, System, SystemSpec};
 
 use crate::{
     build::{Points, in_range, kernel_refusal},
@@ -9,14 +9,38 @@ use crate::{
     world::Source,
 };
 
-const FIELD: &str = "scene.motion.mass_spring";
+/// The message that a specification came in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Form {
+    Particles,
+    MassSpring,
+}
 
-pub(crate) fn system_points(spec: SystemSpec, time_step: f64) -> Result<Points, SceneError> {
-    let system = System::new(spec).map_err(|error| refusal(&error))?;
+impl Form {
+    /// Path in the request of a field of the specification; empty for the whole.
+    fn path(self, field: &str) -> String {
+        match self {
+            Self::Particles => format!("scene.motion.particles.{field}"),
+            // The springs of a mass-spring network are its only links.
+            Self::MassSpring => {
+                let field = field.replace("links[0].ends", "springs");
+                let field = field.replace("links[0].spring.", "");
+                format!("scene.motion.mass_spring.{field}")
+            }
+        }
+    }
+}
+
+pub(crate) fn system_points(
+    spec: SystemSpec,
+    form: Form,
+    time_step: f64,
+) -> Result<Points, SceneError> {
+    let system = System::new(spec).map_err(|error| refusal(&error, form))?;
     let rest = system.positions().to_vec();
-    in_range(&rest, &format!("{FIELD}.positions"))?;
+    in_range(&rest, &form.path("positions"))?;
     let stable = system.largest_stable_step();
-    let warnings = if time_step > stable {
+    let warnings = if time_step > stable && system.stepping() == Stepping::Fixed {
         vec![format!(
             "time_step_seconds is {time_step:.3e} s and the particles are stable up to about {stable:.3e} s: they may diverge"
         )]
@@ -26,13 +50,14 @@ pub(crate) fn system_points(spec: SystemSpec, time_step: f64) -> Result<Points, 
     Ok(Points {
         labels: (0..rest.len()).map(|i| i.to_string()).collect(),
         states: vec![PointState::Valid; rest.len()],
+        orientations: system.orientations().unwrap_or_default().to_vec(),
         source: Source::Particles(Box::new(system)),
         rest,
         warnings,
     })
 }
 
-fn refusal(error: &SpecError) -> SceneError {
+fn refusal(error: &SpecError, form: Form) -> SceneError {
     let reason = match error.fault {
         Fault::Length { .. } => "LENGTH_MISMATCH",
         Fault::Value { value, .. } if value.is_finite() => "VALUE_OUT_OF_RANGE",
@@ -43,13 +68,5 @@ fn refusal(error: &SpecError) -> SceneError {
         Fault::Unframed => "ORIENTATIONS_MISSING",
         Fault::Crowded => "PAIRS_TOO_MANY",
     };
-    // The springs of a mass-spring network are its only links.
-    let field = (error.field)
-        .replace("links[0].ends", "springs")
-        .replace("links[0].spring.", "");
-    let named = SpecError {
-        field: field.clone(),
-        fault: error.fault.clone(),
-    };
-    kernel_refusal(reason, format!("{FIELD}.{field}"), &named)
+    kernel_refusal(reason, form.path(&error.field), &error.fault)
 }

@@ -52,8 +52,10 @@ pub enum UpAxis {
 pub enum Motion {
     /// Points streamed in.
     External(ExternalPoints),
-    /// Particles that the world moves itself.
+    /// Particles that the world moves itself, as `sinew.v1.Particles`.
     Particles(Box<SystemSpec>),
+    /// The same in its short form, as `sinew.v1.MassSpring`: one batch of springs.
+    MassSpring(Box<SystemSpec>),
 }
 
 impl Motion {
@@ -61,7 +63,9 @@ impl Motion {
     pub fn labels(&self) -> Vec<String> {
         match self {
             Self::External(points) => points.labels.clone(),
-            Self::Particles(spec) => (0..spec.positions.len()).map(|i| i.to_string()).collect(),
+            Self::Particles(spec) | Self::MassSpring(spec) => {
+                (0..spec.positions.len()).map(|i| i.to_string()).collect()
+            }
         }
     }
 }

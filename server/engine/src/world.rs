@@ -120,6 +120,8 @@ impl World {
             Source::Particles(system) => {
                 system.step(self.time_step)?;
                 next.points.copy_from_slice(system.positions());
+                next.orientations
+                    .copy_from_slice(system.orientations().unwrap_or_default());
             }
         }
         self.blend = self.blend.take().filter(|blend| time < blend.end());
@@ -281,6 +283,7 @@ impl World {
             capture_time_seconds,
             motion_sequence,
             points,
+            orientations: _,
             point_states,
             doubts: _,
             vertices,

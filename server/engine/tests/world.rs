@@ -285,7 +285,9 @@ type Spoil = (fn(&mut Scene), &'static str, &'static str);
 fn points(scene: &mut Scene) -> &mut ExternalPoints {
     match &mut scene.motion {
         Motion::External(points) => points,
-        Motion::Particles(_) => unreachable!("the cube's points are external"),
+        Motion::Particles(_) | Motion::MassSpring(_) => {
+            unreachable!("the cube's points are external")
+        }
     }
 }
 fn grid(scene: &mut Scene) -> &mut Grid {

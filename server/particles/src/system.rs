@@ -62,6 +62,12 @@ impl System {
         }
     }
 
+    /// How a step is divided.
+    #[must_use]
+    pub fn stepping(&self) -> Stepping {
+        self.stepping
+    }
+
     /// Positions, m.
     #[must_use]
     pub fn positions(&self) -> &[Vector3<f64>] {

@@ -40,6 +40,10 @@ impl Wanted {
             } else {
                 bytes::Bytes::new()
             },
+            orientations: match self.points && !frame.orientations.is_empty() {
+                true => Some(published.orientations(self.precision)),
+                false => None,
+            },
             timing: Some(v1::Timing {
                 received: published.timing.received,
                 step_started: published.timing.started,

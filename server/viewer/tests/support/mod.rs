@@ -97,6 +97,7 @@ impl Bar {
             capture_time_seconds: None,
             motion_sequence: None,
             points: (0..POINTS).map(axis).map(move_one).collect(),
+            orientations: Vec::new(),
             point_states: vec![PointState::Valid; POINTS as usize],
             doubts: Vec::new(),
             vertices: self.rest.iter().copied().map(move_one).collect(),
