@@ -165,6 +165,18 @@ impl Client {
         Ok(self.sessions().update_mapping(request).await?.into_inner())
     }
 
+    /// Changes a session's mesh.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT` for an edit that says nothing, `ABORTED` where the topology is at another version,
+    /// `FAILED_PRECONDITION` where the mesh cannot be edited.
+    pub async fn edit_mesh(
+        &self,
+        request: v1::EditMeshRequest,
+    ) -> Result<v1::EditMeshResponse, ClientError> {
+        Ok(self.sessions().edit_mesh(request).await?.into_inner())
+    }
+
     /// Asks why a vertex is where it is.
     ///
     /// # Errors

@@ -91,7 +91,7 @@ pub use client::Client;
 pub use error::{ClientError, Refusal};
 pub use mirror::{Applied, MeshMirror};
 pub use motion::{MotionStream, motion_frame, paced, take_frames};
-pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax, load_mapping};
+pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax, load_edits, load_mapping};
 pub use sinew_formats::take::Take;
 pub use subscription::{Counts, Subscription, Update};
 pub use watch::Watch;

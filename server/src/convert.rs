@@ -245,7 +245,7 @@ fn reals(column: Option<&v1::Reals>, field: &str) -> Result<Vec<f64>> {
         .map_err(|error| garbled(field, &error))
 }
 
-fn indices(column: Option<&v1::Indices>, field: &str) -> Result<Vec<u32>> {
+pub(crate) fn indices(column: Option<&v1::Indices>, field: &str) -> Result<Vec<u32>> {
     column
         .map_or(Ok(Vec::new()), v1::Indices::unpack)
         .map_err(|error| garbled(field, &error))

@@ -39,6 +39,12 @@ pub(crate) enum ServiceError {
     EtagMismatch,
     #[error("{0}")]
     MappingBlending(RemapError),
+    #[error(
+        "the mesh's topology is at version {actual}, not at expected_topology_version {expected}; get a keyframe and decide again"
+    )]
+    TopologyMismatch { expected: u64, actual: u64 },
+    #[error("the mesh cannot be edited: {0}")]
+    Uneditable(String),
     #[error("the mesh changed while the mapping was bound; try again")]
     MeshChanged,
     #[error("{wanted} steps need {wanted} motion frames and {waiting} wait; stream more first")]

@@ -35,7 +35,7 @@ pub(crate) struct Published {
 impl Published {
     fn new(frame: Arc<Frame>, timing: StepTiming, event_sequence: u64) -> Arc<Self> {
         Arc::new(Self {
-            sequence: frame.step + 1,
+            sequence: frame.sequence + 1,
             frame,
             timing,
             event_sequence,

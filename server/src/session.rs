@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use sinew_engine::{Bound, Explanation, Frame, MotionSample, Rest, StepError, World};
+use sinew_engine::{
+    Bound, EditError, Edited, Explanation, Frame, MotionSample, Request, Rest, StepError, World,
+};
 use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
@@ -54,6 +56,17 @@ enum Command {
         vertex: u32,
         reply: Reply<Explanation>,
     },
+    Edit {
+        edit: Edit,
+        reply: Reply<Edited>,
+    },
+}
+
+/// A change of the mesh that a client asks for.
+pub(crate) struct Edit {
+    pub(crate) requests: Vec<Request>,
+    /// The topology version that it was made for; refused where that stands no more.
+    pub(crate) expected: Option<u64>,
 }
 
 type Reply<T> = oneshot::Sender<Result<T, ServiceError>>;
@@ -161,6 +174,11 @@ impl Handle {
         self.send(|reply| Command::Explain { vertex, reply }).await
     }
 
+    /// Asks for a change of the mesh.
+    pub(crate) async fn edit(&self, edit: Edit) -> Result<Edited, ServiceError> {
+        self.send(|reply| Command::Edit { edit, reply }).await
+    }
+
     async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, ServiceError> {
         let (reply, answer) = oneshot::channel();
         let ended = || ServiceError::Ended(self.outlets.end());
@@ -203,6 +221,9 @@ impl Actor {
                         }
                         Some(Command::Explain { vertex, reply }) => {
                             reply.send(self.explain(vertex).await).ok();
+                        }
+                        Some(Command::Edit { edit, reply }) => {
+                            reply.send(self.edit(edit).await).ok();
                         }
                     }
                 }
@@ -303,6 +324,29 @@ impl Actor {
         Ok(())
     }
 
+    async fn edit(&mut self, edit: Edit) -> Result<Edited, ServiceError> {
+        let Edit { requests, expected } = edit;
+        let actual = self.last.layout.topology_version;
+        if let Some(expected) = expected.filter(|expected| *expected != actual) {
+            return Err(ServiceError::TopologyMismatch { expected, actual });
+        }
+        let started = now_nanos();
+        let edited = self.lend(move |world| world.edit(requests)).await;
+        match edited.ok_or_else(|| self.lost())? {
+            Ok(edited) => {
+                if let Some(frame) = &edited.frame {
+                    self.give_out(Arc::clone(frame), 0, started);
+                }
+                Ok(edited)
+            }
+            Err(EditError::Step(error)) => {
+                self.diverged(&error);
+                Err(self.lost())
+            }
+            Err(error) => Err(ServiceError::Uneditable(error.to_string())),
+        }
+    }
+
     async fn explain(&mut self, vertex: u32) -> Result<Explanation, ServiceError> {
         let explained = self.lend(move |world| world.explain(vertex as usize)).await;
         explained.ok_or_else(|| self.lost())?.ok_or_else(|| {
@@ -355,13 +399,18 @@ impl Actor {
             Some(Err(error)) => return self.diverged(&error),
             None => return,
         };
+        let timing = self.give_out(frame, received, started);
+        self.metrics.stepped(timing);
+    }
+
+    /// Makes a frame the session's newest, for everyone who watches.
+    fn give_out(&mut self, frame: Arc<Frame>, received: u64, started: u64) -> StepTiming {
         self.last = Arc::clone(&frame);
         let timing = StepTiming {
             received,
             started,
             published: now_nanos(),
         };
-        self.metrics.stepped(timing);
         if let Some(viewer) = &self.viewer {
             viewer.publish(Shown {
                 frame: Arc::clone(&frame),
@@ -370,6 +419,7 @@ impl Actor {
             });
         }
         self.outlets.publish(frame, timing);
+        timing
     }
 
     fn diverged(&mut self, error: &StepError) {

@@ -50,6 +50,8 @@ fn code_and_reason(error: &ServiceError) -> (Code, &str) {
         E::StepMismatch { .. } => (Code::Aborted, "STEP_MISMATCH"),
         E::EtagMismatch => (Code::Aborted, "ETAG_MISMATCH"),
         E::MappingBlending(_) => (Code::FailedPrecondition, "MAPPING_BLENDING"),
+        E::TopologyMismatch { .. } => (Code::Aborted, "TOPOLOGY_VERSION_MISMATCH"),
+        E::Uneditable(_) => (Code::FailedPrecondition, "MESH_NOT_A_BODY"),
         E::MeshChanged => (Code::Aborted, "MESH_CHANGED"),
         E::MotionStarved { .. } => (Code::FailedPrecondition, "MOTION_STARVED"),
         E::MotionNotExternal => (Code::FailedPrecondition, "MOTION_NOT_EXTERNAL"),

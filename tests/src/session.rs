@@ -89,6 +89,17 @@ impl TestSession {
         answer.map(tonic::Response::into_inner).map_err(Refusal::of)
     }
 
+    /// Changes its mesh; the request's name is filled in.
+    pub async fn edit(
+        &self,
+        request: v1::EditMeshRequest,
+    ) -> Result<v1::EditMeshResponse, Refusal> {
+        let name = self.name.clone();
+        let request = v1::EditMeshRequest { name, ..request };
+        let answer = self.sessions().edit_mesh(request).await;
+        answer.map(tonic::Response::into_inner).map_err(Refusal::of)
+    }
+
     /// Why a vertex is where it is.
     pub async fn explain(&self, vertex: u32) -> Result<v1::Explanation, Refusal> {
         let name = self.name.clone();

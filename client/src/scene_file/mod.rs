@@ -117,6 +117,14 @@ pub fn load_mapping(path: &Path) -> Result<v1::Mapping, SceneFileError> {
     read(path)
 }
 
+/// Reads a file that holds `sinew.v1.EditMeshRequest`, such as `{"edits": [{"remove": {"cells": {"values": [7]}}}]}`.
+///
+/// # Errors
+/// [`SceneFileError`]: which file, which line or field, what is wrong.
+pub fn load_edits(path: &Path) -> Result<v1::EditMeshRequest, SceneFileError> {
+    read(path)
+}
+
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneFileError> {
     let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
         path: path.to_owned(),

@@ -87,6 +87,7 @@ impl World {
         let rules = rules.transpose()?;
         let frame = Frame {
             layout: Arc::clone(&layout),
+            sequence: 0,
             step: 0,
             time_seconds: 0.0,
             capture_time_seconds: None,

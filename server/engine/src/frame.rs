@@ -41,6 +41,8 @@ pub struct Measured {
 pub struct Frame {
     /// The mesh these positions belong to.
     pub layout: Arc<Layout>,
+    /// Frames before this one: those of steps, and those of edits between two steps.
+    pub sequence: u64,
     /// Steps taken.
     pub step: u64,
     /// Simulated time, s.

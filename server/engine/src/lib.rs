@@ -31,5 +31,6 @@ pub use sinew_particles::{
     Gradient, Integrator, LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion,
     Stepping, SystemSpec, Track, Weighting as FormWeighting,
 };
-pub use sinew_tearing::{Patch, Seam, SeamKind};
+pub use sinew_tearing::{Answer, BodyError, Done, Facet, Patch, Refusal, Request, Seam, SeamKind};
+pub use topology::{EditError, Edited};
 pub use world::{RemapError, StepError, World};

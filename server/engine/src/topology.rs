@@ -3,14 +3,41 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use sinew_tearing::{Answer, Body, Done, Effect, Patch, Request, View};
+use sinew_mesh::Grid;
+use sinew_tearing::{Answer, Body, BodyError, Done, Effect, Patch, Request, View};
 
 use crate::{
     change::{Change, Event, EventKind},
+    digest::Digest,
     frame::{Frame, Layout},
     rest::Rest,
     world::{StepError, World},
 };
+
+/// Why a mesh is not edited. It is as it was, but after [`EditError::Step`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EditError {
+    /// The mesh is none that can change.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The mesh would have to come apart for that.
+    #[error(
+        "parts of the mesh touch without a face in common; repair it, or give its scene a rule that changes it: it comes apart there when the session is made"
+    )]
+    NoManifold,
+    /// What came of the edit cannot be posed. The world is spent.
+    #[error(transparent)]
+    Step(#[from] StepError),
+}
+
+/// What came of an edit.
+#[derive(Clone, Debug)]
+pub struct Edited {
+    /// One for each request.
+    pub answers: Vec<Answer>,
+    /// The state afterwards; `None` where all was refused.
+    pub frame: Option<Arc<Frame>>,
+}
 
 /// A change that is asked for.
 #[derive(Clone, Debug)]
@@ -35,9 +62,80 @@ impl Topology {
         let changed_at = vec![None; body.rest().len()];
         Self { body, changed_at }
     }
+
+    /// What the mesh as it is does not tell of its changes. Nothing before the first.
+    pub(crate) fn digest(&self, digest: &mut Digest) {
+        if self.body.version() > 0 {
+            digest.vectors(self.body.rest());
+            let sizes = self.body.fragment_sizes().iter();
+            digest.words(&sizes.map(|&size| size.into()).collect::<Vec<_>>());
+        }
+    }
 }
 
 impl World {
+    /// Changes the mesh between two steps: each request wholly or not at all, all of them as one change.
+    ///
+    /// # Errors
+    /// [`EditError`].
+    pub fn edit(&mut self, requests: Vec<Request>) -> Result<Edited, EditError> {
+        if self.topology.is_none() {
+            self.topology = Some(Box::new(self.body()?));
+        }
+        let ask = |request| Ask {
+            position: self.place(&request),
+            request,
+            rule: None,
+        };
+        let asks: Vec<Ask> = requests.into_iter().map(ask).collect();
+        let mut next = Frame {
+            change: None,
+            ..Frame::clone(&self.frame)
+        };
+        let version = self.layout.topology_version;
+        let answers = self.change(&mut next, Vec::new(), &asks)?;
+        let changed = self.layout.topology_version > version;
+        let frame = changed.then(|| self.publish(next));
+        Ok(Edited { answers, frame })
+    }
+
+    /// The mesh as one that can change, where that changes nothing of it.
+    fn body(&self) -> Result<Topology, EditError> {
+        let (body, _) = Body::new(Grid {
+            positions: self.rest.vertices.clone(),
+            cells: self.layout.cells.clone(),
+        })?;
+        if body.hash() != self.layout.hash || body.rest().len() != self.rest.vertices.len() {
+            return Err(EditError::NoManifold);
+        }
+        Ok(Topology::new(body))
+    }
+
+    /// The middle of what a request names, m; the origin where that is nothing.
+    fn place(&self, request: &Request) -> Vector3<f64> {
+        let cells: Vec<u32> = match request {
+            Request::Open { facets } => facets.as_flattened().to_vec(),
+            Request::Glue { facets } => facets.iter().flatten().map(|facet| facet.cell).collect(),
+            Request::Add { facets, .. } => facets.iter().map(|facet| facet.cell).collect(),
+            Request::Remove { cells } | Request::Subdivide { cells } => cells.clone(),
+            Request::Separate { points } => {
+                let known = points
+                    .iter()
+                    .filter_map(|&point| self.frame.points.get(point as usize));
+                return known.sum::<Vector3<f64>>() / 2.0;
+            }
+            Request::Close { .. } | Request::Bisect { .. } | Request::Collapse { .. } => Vec::new(),
+        };
+        let known = cells
+            .iter()
+            .filter(|&&cell| (cell as usize) < self.layout.cells.len());
+        let vertices = known.flat_map(|&cell| self.layout.cells.cell(cell as usize).vertices);
+        let places: Vec<_> = vertices
+            .map(|&vertex| self.frame.vertices[vertex as usize])
+            .collect();
+        places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64
+    }
+
     /// Does what is asked, as one change, and poses `next` on what comes of it. Nothing is changed where nothing comes of
     /// it.
     pub(crate) fn change(

@@ -161,7 +161,11 @@ impl World {
     }
 
     /// Makes `next` the state.
-    fn publish(&mut self, next: Frame) -> Arc<Frame> {
+    pub(crate) fn publish(&mut self, next: Frame) -> Arc<Frame> {
+        let next = Frame {
+            sequence: self.frame.sequence + 1,
+            ..next
+        };
         let done = std::mem::replace(&mut self.frame, Arc::new(next));
         if self.retired.len() < RETIRED {
             self.retired.push(done);
@@ -278,6 +282,7 @@ impl World {
     pub fn digest(&self) -> u128 {
         let Frame {
             layout,
+            sequence: _,
             step,
             time_seconds,
             capture_time_seconds,
@@ -318,6 +323,9 @@ impl World {
         }
         if let Some(rules) = &self.rules {
             rules.digest(&mut digest);
+        }
+        if let Some(topology) = &self.topology {
+            topology.digest(&mut digest);
         }
         match &self.source {
             Source::Particles(system) => {

@@ -77,7 +77,7 @@ pub(super) fn patch(turn: &Turn, frame: Option<v1::Frame>) -> v1::TopologyPatch 
     let bare = || v1::Frame {
         epoch: turn.epoch,
         topology_version: turn.from_version + 1,
-        sequence: turn.step + 1,
+        sequence: turn.sequence + 1,
         layout_hash: turn.hash,
         vertex_count: count(turn.vertex_count),
         step: turn.step,

@@ -1,6 +1,7 @@
 //! The RPCs: from requests to sessions and back. No rule of the domain is decided here.
 
 mod asset;
+mod edit;
 mod frames;
 mod mapping;
 mod mesh;

@@ -112,6 +112,13 @@ impl SessionService for Shared {
         Ok(Response::new(self.remap(request.into_inner()).await?))
     }
 
+    async fn edit_mesh(
+        &self,
+        request: Request<v1::EditMeshRequest>,
+    ) -> Result<Response<v1::EditMeshResponse>, Status> {
+        Ok(Response::new(self.edit(request.into_inner()).await?))
+    }
+
     async fn explain(
         &self,
         request: Request<v1::ExplainRequest>,
@@ -286,7 +293,7 @@ fn session_name(id: &str, hash: u128) -> Result<String, ServiceError> {
     Ok(format!("sessions/{id}"))
 }
 
-fn digest(digest: u128) -> String {
+pub(super) fn digest(digest: u128) -> String {
     format!("{digest:032x}")
 }
 

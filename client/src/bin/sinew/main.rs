@@ -4,6 +4,7 @@ mod connection;
 #[cfg(feature = "embedded")]
 mod demo;
 mod drive;
+mod edit;
 #[cfg(feature = "embedded")]
 mod embedded;
 mod events;

@@ -10,12 +10,12 @@ use crate::out::{put, say};
 use crate::{
     Failure,
     connection::{Connection, session_name},
-    events,
+    edit, events,
     explain::explained,
     table::{Table, count},
 };
 
-/// Lists a server's sessions; runs, pauses, steps, remaps, explains or deletes one, or lists its events.
+/// Lists a server's sessions; runs, pauses, steps, remaps, edits, explains or deletes one, or lists its events.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew sessions                      lists them
@@ -24,6 +24,7 @@ use crate::{
   sinew sessions remap walk --mapping soft.toml --blend 0.5
   sinew sessions explain walk 42
   sinew sessions events walk
+  sinew sessions edit walk cut.json
   sinew sessions delete walk")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -106,6 +107,22 @@ soft.toml:  filter.keep.k = 12
         #[arg(long, value_name = "SEQUENCE")]
         after: Option<u64>,
     },
+    /// Changes a session's mesh: tears, opens, closes, removes, adds or divides.
+    #[command(after_help = "Examples:
+  sinew sessions edit bar cut.json
+
+cut.json: {\"edits\": [{\"open\": {\"facets\": {\"values\": [3, 4, 11, 12]}}},
+                     {\"remove\": {\"cells\": {\"values\": [7]}}},
+                     {\"separate\": {\"a\": \"LKNE\", \"b\": \"LANK\"}}]}")]
+    Edit {
+        /// The session.
+        session: String,
+        /// The edits, JSON or TOML. Each is done wholly or refused wholly.
+        file: PathBuf,
+        /// Refuse unless the mesh's topology is at this version.
+        #[arg(long, value_name = "VERSION")]
+        expected_version: Option<u64>,
+    },
     /// Ends a session.
     Delete {
         /// The session.
@@ -172,6 +189,13 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
         }
         Some(Command::Events { session, after }) => {
             events::list(&client, session_name(&session), after).await?;
+        }
+        Some(Command::Edit {
+            session,
+            file,
+            expected_version,
+        }) => {
+            edit::send(&client, session_name(&session), &file, expected_version).await?;
         }
         Some(Command::Delete { session }) => {
             let name = session_name(&session);

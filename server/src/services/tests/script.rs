@@ -167,6 +167,7 @@ impl Script {
         let step = self.frame.step + 1;
         self.frame = Arc::new(Frame {
             layout,
+            sequence: step,
             step,
             time_seconds: step as f64 * 0.01,
             vertices,

@@ -91,6 +91,7 @@ impl Bar {
         };
         let axis = |point| Vector3::z() * (LENGTH * f64::from(point) / f64::from(POINTS - 1));
         Frame {
+            sequence: step,
             layout: Arc::clone(&self.layout),
             step,
             time_seconds: time,

@@ -1,0 +1,156 @@
+//! SessionService's EditMesh.
+
+use sinew_engine::{Answer, Done, Facet, Request};
+use sinew_proto::v1::{self, Indices, edit_outcome::Result as Outcome, mesh_edit::Kind};
+
+use super::{Shared, session::digest};
+use crate::{
+    convert,
+    error::{ServiceError, invalid},
+    pack,
+    session::{Edit, Wish},
+};
+
+impl Shared {
+    pub(super) async fn edit(
+        &self,
+        request: v1::EditMeshRequest,
+    ) -> Result<v1::EditMeshResponse, ServiceError> {
+        let v1::EditMeshRequest {
+            name,
+            edits,
+            expected_topology_version: expected,
+        } = request;
+        let entry = self.registry.get(&name)?;
+        if edits.is_empty() {
+            let remedy = "give one edit at least";
+            return Err(invalid("FIELD_MISSING", "edits", "is empty", remedy));
+        }
+        let requests =
+            (edits.into_iter().enumerate()).map(|(i, edit)| read(i, edit, &entry.labels));
+        let requests = requests.collect::<Result<_, _>>()?;
+        let edited = entry.handle.edit(Edit { requests, expected }).await?;
+        let change = edited.frame.and_then(|frame| frame.change.clone());
+        let patch = change.as_ref().and_then(|change| change.patch.as_ref());
+        let report = entry.handle.ask(Wish::Describe).await?;
+        Ok(v1::EditMeshResponse {
+            outcomes: edited.answers.iter().map(outcome).collect(),
+            patch: patch.map(pack::patch),
+            topology_version: report.frame.layout.topology_version,
+            digest: digest(report.digest),
+        })
+    }
+}
+
+fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, ServiceError> {
+    let field = |name: &str| format!("edits[{index}].{name}");
+    let cells = |column: Option<&Indices>, name: &str| convert::indices(column, &field(name));
+    match edit.kind {
+        Some(Kind::Open(v1::OpenEdit { facets })) => {
+            let ends = cells(facets.as_ref(), "open.facets")?;
+            let (facets, odd) = ends.as_chunks::<2>();
+            if !odd.is_empty() {
+                let problem = format!("has {} numbers", ends.len());
+                let remedy = "give two cells for each face";
+                return Err(invalid(
+                    "LENGTH_MISMATCH",
+                    field("open.facets"),
+                    problem,
+                    remedy,
+                ));
+            }
+            let facets = facets.to_vec();
+            Ok(Request::Open { facets })
+        }
+        Some(Kind::Remove(edit)) => {
+            let cells = cells(edit.cells.as_ref(), "remove.cells")?;
+            Ok(Request::Remove { cells })
+        }
+        Some(Kind::Subdivide(edit)) => {
+            let cells = cells(edit.cells.as_ref(), "subdivide.cells")?;
+            Ok(Request::Subdivide { cells })
+        }
+        Some(Kind::Separate(v1::SeparateEdit { a, b })) => {
+            let a = point(&a, labels, &field("separate.a"))?;
+            let b = point(&b, labels, &field("separate.b"))?;
+            Ok(Request::Separate { points: [a, b] })
+        }
+        Some(Kind::Close(v1::CloseEdit { a, b, distance })) => {
+            check_length(distance, &field("close.distance"))?;
+            let fragments = [a, b];
+            Ok(Request::Close {
+                fragments,
+                distance,
+            })
+        }
+        Some(Kind::Add(v1::AddEdit { facets, thickness })) => {
+            check_length(thickness, &field("add.thickness"))?;
+            let facet = |(i, facet): (usize, v1::Facet)| -> Result<Facet, ServiceError> {
+                let name = format!("add.facets[{i}].vertices");
+                let vertices = cells(facet.vertices.as_ref(), &name)?;
+                let cell = facet.cell;
+                Ok(Facet { cell, vertices })
+            };
+            let facets = facets.into_iter().enumerate().map(facet);
+            let facets = facets.collect::<Result<_, _>>()?;
+            Ok(Request::Add { facets, thickness })
+        }
+        None => {
+            let field = format!("edits[{index}]");
+            let remedy = "set one of its kinds";
+            Err(invalid("FIELD_MISSING", field, "says nothing", remedy))
+        }
+    }
+}
+
+fn point(label: &str, labels: &[String], field: &str) -> Result<u32, ServiceError> {
+    let found = (0..).zip(labels).find(|(_, known)| *known == label);
+    let unknown = || {
+        let problem = format!("is `{label}`, which no point has");
+        let remedy = "use the labels of the scene's points";
+        invalid("LABEL_UNKNOWN", field, problem, remedy)
+    };
+    found.map(|(point, _)| point).ok_or_else(unknown)
+}
+
+fn check_length(length: f64, field: &str) -> Result<(), ServiceError> {
+    if length.is_finite() && length > 0.0 {
+        return Ok(());
+    }
+    let remedy = "give a positive number of metres";
+    Err(invalid(
+        "VALUE_OUT_OF_RANGE",
+        field,
+        format!("is {length}"),
+        remedy,
+    ))
+}
+
+fn outcome(answer: &Answer) -> v1::EditOutcome {
+    let packed = |cells: &[u32]| Some(Indices::pack(cells));
+    let result = match answer {
+        Answer::Applied(done) | Answer::Refined { done, .. } => {
+            let Done {
+                opened,
+                closed,
+                cells,
+                vertices,
+                effects: _,
+            } = done;
+            Outcome::Done(v1::EditDone {
+                opened: *opened,
+                closed: *closed,
+                cells: packed(cells),
+                first_vertex: vertices.start,
+                vertex_count: vertices.end - vertices.start,
+            })
+        }
+        Answer::Refused(refusal) => Outcome::Refused(v1::EditRefused {
+            reason: refusal.to_string(),
+            cells: packed(refusal.cells()),
+        }),
+    };
+    v1::EditOutcome {
+        result: Some(result),
+    }
+}
