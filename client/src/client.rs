@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use futures::StreamExt as _;
 use sinew_mesh::Grid;
 use sinew_proto::v1;
 use tonic::transport::{Channel, Endpoint};
@@ -10,7 +11,11 @@ use v1::{
     motion_service_client::MotionServiceClient, session_service_client::SessionServiceClient,
 };
 
-use crate::{ClientError, MotionStream, Subscription, Watch, grid, motion, upload};
+use crate::{
+    CaptureClock, ClientError, MotionStream, Recording, Subscription, Watch, grid,
+    motion::{self, Pinger},
+    upload,
+};
 
 /// Largest message taken: a keyframe of 5 million f32 vertices. Greater items come as chunks.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
@@ -226,9 +231,46 @@ impl Client {
     ) -> Result<MotionStream, ClientError> {
         let mut client = MotionServiceClient::new(self.channel.clone());
         let answers = client
-            .stream_motion(motion::requests(hello, frames))
+            .stream_motion(motion::requests(
+                hello,
+                frames.map(v1::stream_motion_request::Item::Frame),
+            ))
             .await?;
-        MotionStream::open(answers.into_inner()).await
+        MotionStream::open(answers.into_inner(), None).await
+    }
+
+    /// Opens a stream of motion as it is captured ([`v1::Delivery::Live`]): as [`Client::stream_motion`], with pings
+    /// between the frames, by which the session learns the source's clock.
+    ///
+    /// * `clock` - that of the frames' capture times; see [`crate::paced_by`].
+    ///
+    /// # Errors
+    /// The server's refusal of the Hello.
+    pub async fn stream_motion_live(
+        &self,
+        mut hello: v1::Hello,
+        frames: impl futures::Stream<Item = v1::MotionFrame> + Send + 'static,
+        clock: CaptureClock,
+    ) -> Result<MotionStream, ClientError> {
+        hello.set_delivery(v1::Delivery::Live);
+        let pinger = Pinger::new(clock);
+        let items = motion::requests(hello, pinger.clone().between(frames));
+        let mut client = MotionServiceClient::new(self.channel.clone());
+        let answers = client.stream_motion(items).await?;
+        MotionStream::open(answers.into_inner(), Some(pinger)).await
+    }
+
+    /// Records what a session's points are given at each step from now on.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `FAILED_PRECONDITION` where the session makes its own motion.
+    pub async fn record_motion(&self, name: &str) -> Result<Recording, ClientError> {
+        let session = name.to_owned();
+        let request = v1::RecordMotionRequest { session };
+        let mut client = MotionServiceClient::new(self.channel.clone())
+            .max_decoding_message_size(MAX_MESSAGE_BYTES);
+        let items = client.record_motion(request).await?.into_inner();
+        Recording::open(items).await
     }
 
     /// Subscribes to a session's mesh and points.

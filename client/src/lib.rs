@@ -32,7 +32,7 @@
 //!
 //! // The take's frames leave at their capture times.
 //! let take = Arc::new(file.take.take().ok_or("the scene names no take")?);
-//! let hello = v1::Hello { session: session.name, source: "walk".to_owned(), labels: vec![] };
+//! let hello = v1::Hello { session: session.name, source: "walk".to_owned(), ..Default::default() };
 //! let mut motion = client.stream_motion(hello, paced(take_frames(take, usize::MAX))).await?;
 //! tokio::spawn(async move { while let Ok(Some(_ack)) = motion.ack().await {} });
 //!
@@ -80,6 +80,7 @@ mod error;
 pub mod grid;
 mod mirror;
 mod motion;
+mod record;
 mod scene_file;
 mod subscription;
 pub mod sweep;
@@ -90,7 +91,8 @@ mod watch;
 pub use client::Client;
 pub use error::{ClientError, Refusal};
 pub use mirror::{Applied, MeshMirror};
-pub use motion::{MotionStream, motion_frame, paced, take_frames};
+pub use motion::{CaptureClock, MotionStream, motion_frame, paced, paced_by, take_frames};
+pub use record::{MotionRecord, RECORD_MAGIC, RecordError, Recording};
 pub use scene_file::{ParseError, SceneFile, SceneFileError, Syntax, load_edits, load_mapping};
 pub use sinew_formats::take::Take;
 pub use subscription::{Counts, Subscription, Update};

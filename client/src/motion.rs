@@ -1,14 +1,17 @@
 //! Motion on its way to a session.
 
-use std::{sync::Arc, time::Duration};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
 
 use bytes::Bytes;
 use futures::{Stream, StreamExt as _, stream};
 use nalgebra::Vector3;
 use sinew_formats::take::Take;
 use sinew_proto::v1::{
-    Accepted, Ack, Hello, MotionFrame, Precision, Reals, StreamMotionRequest, StreamMotionResponse,
-    stream_motion_request, stream_motion_response,
+    Accepted, Ack, Hello, MotionFrame, Ping, Precision, Reals, StreamMotionRequest,
+    StreamMotionResponse, stream_motion_request, stream_motion_response,
 };
 use tokio::time::{Instant, sleep_until};
 use tonic::Streaming;
@@ -23,17 +26,113 @@ const OCCLUDED: u8 = 1;
 pub struct MotionStream {
     accepted: Accepted,
     answers: Streaming<StreamMotionResponse>,
+    pinger: Option<Pinger>,
+    throttled: u64,
+}
+
+/// A source's clock: the capture time of what is seen now.
+#[derive(Clone, Copy, Debug)]
+pub struct CaptureClock {
+    start: Instant,
+    first: f64,
+}
+
+impl CaptureClock {
+    /// One that shows `seconds` now.
+    pub fn showing(seconds: f64) -> Self {
+        Self {
+            start: Instant::now(),
+            first: seconds,
+        }
+    }
+
+    /// What it shows, s.
+    pub fn now(&self) -> f64 {
+        self.first + self.start.elapsed().as_secs_f64()
+    }
+
+    async fn reached(&self, seconds: f64) {
+        // A span that is none (a clock going back) does not wait: the server says what is wrong with it.
+        let wait = Duration::try_from_secs_f64(seconds - self.first).unwrap_or_default();
+        sleep_until(self.start + wait).await;
+    }
+}
+
+/// Pings: quick ones first, so that the session knows the clock early.
+const QUICK: u32 = 10;
+const QUICK_PERIOD: Duration = Duration::from_millis(10);
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Asks for the session's clock. The half that sends and the one that hears share it.
+#[derive(Clone, Debug)]
+pub(crate) struct Pinger {
+    clock: CaptureClock,
+    /// When the last ping's answer came, s.
+    returned: Arc<Mutex<Option<f64>>>,
+}
+
+impl Pinger {
+    pub(crate) fn new(clock: CaptureClock) -> Self {
+        Self {
+            clock,
+            returned: Arc::default(),
+        }
+    }
+
+    fn answered(&self) {
+        let mut returned = self.returned.lock().unwrap_or_else(PoisonError::into_inner);
+        *returned = Some(self.clock.now());
+    }
+
+    fn ping(&self) -> Ping {
+        let mut returned = self.returned.lock().unwrap_or_else(PoisonError::into_inner);
+        Ping {
+            returned_seconds: returned.take(),
+            sent_seconds: self.clock.now(),
+        }
+    }
+
+    /// The frames, and pings between them as long as frames come.
+    pub(crate) fn between(
+        self,
+        frames: impl Stream<Item = MotionFrame> + Send + 'static,
+    ) -> impl Stream<Item = stream_motion_request::Item> + Send + 'static {
+        let state = (Box::pin(frames), self, Instant::now(), 0);
+        stream::unfold(state, async |(mut frames, pinger, next, pings)| {
+            tokio::select! {
+                biased;
+                () = sleep_until(next) => {
+                    let period = if pings < QUICK { QUICK_PERIOD } else { PERIOD };
+                    let ping = stream_motion_request::Item::Ping(pinger.ping());
+                    Some((ping, (frames, pinger, Instant::now() + period, pings.saturating_add(1))))
+                }
+                frame = frames.next() => {
+                    let frame = stream_motion_request::Item::Frame(frame?);
+                    Some((frame, (frames, pinger, next, pings)))
+                }
+            }
+        })
+    }
 }
 
 impl MotionStream {
     pub(crate) async fn open(
         mut answers: Streaming<StreamMotionResponse>,
+        pinger: Option<Pinger>,
     ) -> Result<Self, ClientError> {
         match answers.message().await?.and_then(|answer| answer.item) {
-            Some(stream_motion_response::Item::Accepted(accepted)) => {
-                Ok(Self { accepted, answers })
-            }
-            Some(stream_motion_response::Item::Ack(_)) | None => Err(ClientError::Protocol(
+            Some(stream_motion_response::Item::Accepted(accepted)) => Ok(Self {
+                accepted,
+                answers,
+                pinger,
+                throttled: 0,
+            }),
+            Some(
+                stream_motion_response::Item::Ack(_)
+                | stream_motion_response::Item::Pong(_)
+                | stream_motion_response::Item::Throttle(_),
+            )
+            | None => Err(ClientError::Protocol(
                 "the first answer to a stream of motion was not Accepted".to_owned(),
             )),
         }
@@ -50,26 +149,36 @@ impl MotionStream {
     /// # Errors
     /// The server's refusal of a frame, or the end of the session.
     pub async fn ack(&mut self) -> Result<Option<Ack>, ClientError> {
-        match self.answers.message().await? {
-            None => Ok(None),
-            Some(answer) => match answer.item {
-                Some(stream_motion_response::Item::Ack(ack)) => Ok(Some(ack)),
-                Some(stream_motion_response::Item::Accepted(_)) | None => Err(
-                    ClientError::Protocol("a frame was answered by something else than Ack".into()),
-                ),
-            },
+        while let Some(answer) = self.answers.message().await? {
+            match answer.item {
+                Some(stream_motion_response::Item::Ack(ack)) => return Ok(Some(ack)),
+                Some(stream_motion_response::Item::Pong(_)) => {
+                    self.pinger.iter().for_each(Pinger::answered);
+                }
+                Some(stream_motion_response::Item::Throttle(_)) => self.throttled += 1,
+                Some(stream_motion_response::Item::Accepted(_)) | None => {
+                    let problem = "a frame was answered by something else than Ack";
+                    return Err(ClientError::Protocol(problem.into()));
+                }
+            }
         }
+        Ok(None)
+    }
+
+    /// How often the session said so far that it has no room.
+    pub fn throttled(&self) -> u64 {
+        self.throttled
     }
 }
 
-/// Hello, then the frames.
+/// Hello, then the items.
 pub(crate) fn requests(
     hello: Hello,
-    frames: impl Stream<Item = MotionFrame> + Send + 'static,
+    items: impl Stream<Item = stream_motion_request::Item> + Send + 'static,
 ) -> impl Stream<Item = StreamMotionRequest> + Send + 'static {
     let first = stream::iter([stream_motion_request::Item::Hello(hello)]);
     first
-        .chain(frames.map(stream_motion_request::Item::Frame))
+        .chain(items)
         .map(|item| StreamMotionRequest { item: Some(item) })
 }
 
@@ -104,6 +213,7 @@ pub fn motion_frame(
         capture_time_seconds,
         positions: Some(Reals::pack(&flatten(&positions), Precision::F64)),
         flags,
+        source_sequence: None,
     }
 }
 
@@ -132,13 +242,22 @@ pub fn paced(
     let mut start = None;
     frames.then(move |frame| {
         let time = frame.capture_time_seconds;
-        let (instant, first) = *start.get_or_insert_with(|| (Instant::now(), time));
+        let clock = *start.get_or_insert_with(|| CaptureClock::showing(time));
         async move {
-            // A span that is none (a clock going back) does not wait: the server says what is wrong with it.
-            let wait = Duration::try_from_secs_f64(time - first).unwrap_or_default();
-            sleep_until(instant + wait).await;
+            clock.reached(time).await;
             frame
         }
+    })
+}
+
+/// Holds each frame back until this clock shows its capture time.
+pub fn paced_by(
+    clock: CaptureClock,
+    frames: impl Stream<Item = MotionFrame> + Send,
+) -> impl Stream<Item = MotionFrame> + Send {
+    frames.then(move |frame| async move {
+        clock.reached(frame.capture_time_seconds).await;
+        frame
     })
 }
 

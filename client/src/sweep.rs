@@ -295,6 +295,7 @@ impl Feed {
             session: session.to_owned(),
             source: "sweep".to_owned(),
             labels: take.labels().to_vec(),
+            ..v1::Hello::default()
         };
         let (sender, receiver) = mpsc::channel(usize::try_from(AHEAD).expect("small"));
         Ok(Self {

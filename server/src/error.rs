@@ -51,20 +51,27 @@ pub(crate) enum ServiceError {
     MotionStarved { wanted: usize, waiting: usize },
     #[error("the session makes its own motion; only scenes with motion.external take a stream")]
     MotionNotExternal,
-    #[error("another source streams to this session; end that stream first")]
+    #[error(
+        "another source streams to this session; end that stream first, or take over by a higher stream_epoch"
+    )]
     MotionSourceBusy,
+    #[error("stream_epoch {epoch} is before {last}, the last stream's; use a higher one")]
+    MotionEpochStale { epoch: u64, last: u64 },
+    #[error("a source of a higher stream_epoch took over")]
+    MotionSuperseded,
     #[error("the stream's first item must be a hello; send it before any frame")]
     MotionHelloMissing,
     #[error("a hello came after the first item; open a new stream instead")]
     MotionHelloRepeated,
     #[error(
-        "frame.{field} went from {before} to {after}; it must {rule} within a stream, open a new one to start over"
+        "frame {sequence} of {time} s came after frame {last} of {last_time} s, and goes back {back}; open a new stream to start over"
     )]
     MotionBackwards {
-        field: &'static str,
-        before: String,
-        after: String,
-        rule: &'static str,
+        sequence: u64,
+        time: f64,
+        last: u64,
+        last_time: f64,
+        back: &'static str,
     },
     #[error("the stream's first item must be open; send it before any credit or resync")]
     WatchOpenMissing,

@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytes::Bytes;
-use sinew_engine::{Frame, Layout};
+use sinew_engine::{Frame, Layout, MotionSample};
 use sinew_proto::v1::{self, Precision, Reals, UnstructuredGrid};
 use tokio::sync::{broadcast, watch};
 
@@ -18,6 +18,16 @@ use crate::{
 /// Frames a subscriber may lag behind before it misses some: enough for a keyframe's transmission,
 /// little enough that it never sees old news.
 const LAG: usize = 8;
+
+/// Steps that a recorder may lag behind before it is too slow: two seconds of the fastest capture.
+const RECORD_LAG: usize = 1024;
+
+/// What a step was given.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    pub(crate) step: u64,
+    pub(crate) sample: Arc<MotionSample>,
+}
 
 /// A frame on its way out. Subscribers share its packed forms.
 #[derive(Debug)]
@@ -97,6 +107,7 @@ struct Facts {
 pub(crate) struct Outlets {
     latest: watch::Sender<Arc<Published>>,
     recent: broadcast::Sender<Arc<Published>>,
+    given: broadcast::Sender<Given>,
     /// Why it will be over after the step under way, where someone decided so.
     ending: OnceLock<End>,
     end: watch::Sender<Option<End>>,
@@ -119,6 +130,7 @@ impl Outlets {
         Self {
             latest: watch::Sender::new(first),
             recent: broadcast::Sender::new(LAG),
+            given: broadcast::Sender::new(RECORD_LAG),
             ending: OnceLock::new(),
             end: watch::Sender::new(None),
             facts: Mutex::default(),
@@ -128,14 +140,24 @@ impl Outlets {
 
     /// Gives out a step's facts and then its frame. Never waits.
     pub(crate) fn publish(&self, frame: Arc<Frame>, timing: StepTiming) {
-        let event_sequence = self.record(&frame);
+        let event_sequence = self.log(&frame);
         let published = Published::new(frame, timing, event_sequence);
         self.latest.send_replace(Arc::clone(&published));
         self.recent.send(published).ok(); // without subscribers nobody takes it
     }
 
+    /// Gives out what a step was given. Never waits.
+    pub(crate) fn record(&self, given: Given) {
+        self.given.send(given).ok(); // without recorders nobody takes it
+    }
+
+    /// What steps are given from now on.
+    pub(crate) fn given(&self) -> broadcast::Receiver<Given> {
+        self.given.subscribe()
+    }
+
     /// Logs a step's facts; the sequence of the last event.
-    fn record(&self, frame: &Frame) -> u64 {
+    fn log(&self, frame: &Frame) -> u64 {
         let mut facts = self.facts();
         if let Some(change) = &frame.change {
             let Facts { events, turns } = &mut *facts;

@@ -3,11 +3,13 @@
 use std::{
     collections::BTreeMap,
     ops::Bound,
-    sync::{Arc, Mutex, MutexGuard, PoisonError, atomic::AtomicBool},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::SystemTime,
 };
 
-use crate::{end::End, error::ServiceError, session::Handle};
+use sinew_engine::UpAxis;
+
+use crate::{end::End, error::ServiceError, seat::Seat, session::Handle};
 
 /// A session and what of it never changes.
 pub(crate) struct Entry {
@@ -20,8 +22,9 @@ pub(crate) struct Entry {
     pub(crate) external: bool,
     pub(crate) warnings: Vec<String>,
     pub(crate) handle: Handle,
-    /// A client streams motion to it now.
-    pub(crate) streaming: AtomicBool,
+    pub(crate) up: UpAxis,
+    /// The place of its source of motion.
+    pub(crate) seat: Seat,
 }
 
 /// The request that makes or made a session.

@@ -3,30 +3,27 @@
 
 use std::sync::Arc;
 
-use sinew_engine::{
-    Bound, EditError, Edited, Explanation, Frame, MotionSample, Request, Rest, StepError, World,
-};
+use sinew_engine::{Bound, EditError, Edited, Explanation, Frame, Request, Rest, StepError, World};
 use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
-    sync::{mpsc, oneshot},
-    time::{Interval, MissedTickBehavior, interval},
+    sync::{mpsc, oneshot, watch},
+    time::{Instant, Interval, MissedTickBehavior, interval},
 };
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{
     end::{End, Fault},
     error::{ServiceError, invalid},
+    inbox::{Arrival, Due, Inbox, Input, Progress},
     kernels::Kernels,
     metrics::Metrics,
-    outlets::Outlets,
+    outlets::{Given, Outlets},
     timing::{StepTiming, now_nanos},
 };
 
 /// Commands that may wait for a session; more are held back at their RPCs.
 const COMMANDS: usize = 64;
-/// Motion frames that may wait for their steps; more are held back in the client by flow control.
-pub(crate) const MOTION_QUEUE: usize = 64;
 
 /// What a session does now.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -99,16 +96,10 @@ pub(crate) enum Effect {
     Checked,
 }
 
-/// A motion sample and when it came.
-pub(crate) struct Arrival {
-    pub(crate) sample: MotionSample,
-    pub(crate) received_nanos: u64,
-}
-
 /// How a session reaches its steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drive {
-    /// One step for each motion frame.
+    /// As motion is streamed in.
     External,
     /// One step for each time step of real time.
     RealTime,
@@ -120,7 +111,10 @@ pub(crate) enum Drive {
 #[derive(Clone)]
 pub(crate) struct Handle {
     inbox: mpsc::Sender<Command>,
-    pub(crate) motion: mpsc::Sender<Arrival>,
+    pub(crate) motion: mpsc::Sender<Input>,
+    /// What became of the motion.
+    pub(crate) progress: watch::Receiver<Progress>,
+    begun: Instant,
     pub(crate) outlets: Arc<Outlets>,
     pub(crate) cancel: CancellationToken,
 }
@@ -138,10 +132,14 @@ impl Handle {
     ) -> Self {
         let outlets = Arc::new(Outlets::new(world.frame()));
         let (inbox, commands) = mpsc::channel(COMMANDS);
-        let (motion, arrivals) = mpsc::channel(MOTION_QUEUE);
+        let begun = Instant::now();
+        let (motion_inbox, motion, progress) =
+            Inbox::new(begun, world.point_count(), world.time_step());
         let handle = Self {
             inbox,
             motion,
+            progress,
+            begun,
             outlets: Arc::clone(&outlets),
             cancel: CancellationToken::new(),
         };
@@ -154,7 +152,7 @@ impl Handle {
             mapping: Arc::new(mapping),
             activity: Activity::Paused,
             drive,
-            arrivals,
+            motion: motion_inbox,
             outlets,
             viewer: Some(viewer),
             kernels,
@@ -179,6 +177,11 @@ impl Handle {
         self.send(|reply| Command::Edit { edit, reply }).await
     }
 
+    /// What the session's clock shows, s.
+    pub(crate) fn clock_seconds(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
     async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, ServiceError> {
         let (reply, answer) = oneshot::channel();
         let ended = || ServiceError::Ended(self.outlets.end());
@@ -198,7 +201,7 @@ struct Actor {
     activity: Activity,
     drive: Drive,
     clock: Interval,
-    arrivals: mpsc::Receiver<Arrival>,
+    motion: Inbox,
     outlets: Arc<Outlets>,
     viewer: Option<Publisher>,
     kernels: Kernels,
@@ -209,6 +212,7 @@ impl Actor {
     async fn run(mut self, mut commands: mpsc::Receiver<Command>, cancel: CancellationToken) {
         loop {
             let running = self.activity == Activity::Running;
+            let due = self.motion.due().filter(|_| running);
             // Fair: a slow step cannot starve "pause", nor the reverse.
             tokio::select! {
                 () = cancel.cancelled() => return self.outlets.finish(self.outlets.end()),
@@ -227,9 +231,13 @@ impl Actor {
                         }
                     }
                 }
-                arrival = self.arrivals.recv(), if running && self.drive == Drive::External => {
-                    let Some(arrival) = arrival else { return };
-                    self.step(Some(arrival)).await;
+                input = self.motion.recv(), if self.motion.has_room() => {
+                    let Some(input) = input else { return };
+                    self.motion.accept(input);
+                }
+                () = Due::reached(due) => {
+                    let arrival = self.motion.take_due();
+                    self.step(arrival).await;
                 }
                 _ = self.clock.tick(), if running && self.drive == Drive::RealTime => {
                     self.step(None).await;
@@ -281,16 +289,13 @@ impl Actor {
             return Err(ServiceError::StepMismatch { expected, actual });
         }
         let external = self.drive == Drive::External;
-        let (wanted, waiting) = (steps as usize, self.arrivals.len());
+        self.motion.pull();
+        let (wanted, waiting) = (steps as usize, self.motion.waiting());
         if external && waiting < wanted {
             return Err(ServiceError::MotionStarved { wanted, waiting });
         }
         for _ in 0..steps {
-            let arrival = if external {
-                self.arrivals.try_recv().ok()
-            } else {
-                None
-            };
+            let arrival = self.motion.take_next();
             self.step(arrival).await;
             if let Activity::Faulted(fault) = &self.activity {
                 return Err(ServiceError::Faulted(fault.clone()));
@@ -392,15 +397,21 @@ impl Actor {
     async fn step(&mut self, arrival: Option<Arrival>) {
         let received = arrival.as_ref().map_or(0, |arrival| arrival.received_nanos);
         let started = now_nanos();
-        let stepped =
-            self.lend(move |world| world.step(arrival.as_ref().map(|arrival| &arrival.sample)));
+        let given = arrival.map(|arrival| Arc::new(arrival.sample));
+        let sample = given.clone();
+        let stepped = self.lend(move |world| world.step(sample.as_deref()));
         let frame = match stepped.await {
             Some(Ok(frame)) => frame,
             Some(Err(error)) => return self.diverged(&error),
             None => return,
         };
-        let timing = self.give_out(frame, received, started);
-        self.metrics.stepped(timing);
+        if let Some(sample) = given {
+            let step = frame.step;
+            self.outlets.record(Given { step, sample });
+        }
+        let timing = self.give_out(Arc::clone(&frame), received, started);
+        self.metrics.stepped(timing, &frame);
+        self.motion.report();
     }
 
     /// Makes a frame the session's newest, for everyone who watches.

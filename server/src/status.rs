@@ -56,6 +56,8 @@ fn code_and_reason(error: &ServiceError) -> (Code, &str) {
         E::MotionStarved { .. } => (Code::FailedPrecondition, "MOTION_STARVED"),
         E::MotionNotExternal => (Code::FailedPrecondition, "MOTION_NOT_EXTERNAL"),
         E::MotionSourceBusy => (Code::FailedPrecondition, "MOTION_SOURCE_BUSY"),
+        E::MotionEpochStale { .. } => (Code::FailedPrecondition, "MOTION_EPOCH_STALE"),
+        E::MotionSuperseded => (Code::Aborted, "MOTION_SUPERSEDED"),
         E::MotionHelloMissing => (Code::InvalidArgument, "MOTION_HELLO_MISSING"),
         E::MotionHelloRepeated => (Code::InvalidArgument, "MOTION_HELLO_REPEATED"),
         E::MotionBackwards { .. } => (Code::FailedPrecondition, "MOTION_BACKWARDS"),

@@ -11,6 +11,8 @@ mod http;
 mod lifecycle;
 mod mappings;
 mod motion;
+mod motion_door;
+mod motion_live;
 mod particles;
 mod refusals;
 mod remap;

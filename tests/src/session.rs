@@ -1,5 +1,6 @@
 //! One session, through the generated clients.
 
+use sinew_proto::v1::stream_motion_request::Item as Asked;
 use sinew_proto::v1::{self, Content, Precision};
 use sinew_proto::v1::{
     mesh_service_client::MeshServiceClient, motion_service_client::MotionServiceClient,
@@ -158,5 +159,23 @@ impl TestSession {
     pub async fn source_in_order(&self, labels: &[String]) -> Result<Source, Refusal> {
         let client = MotionServiceClient::new(self.channel.clone());
         Source::open(client, crate::hello(&self.name, labels)).await
+    }
+
+    /// Opens a stream of motion by this hello; its session is filled in.
+    pub async fn source_by(&self, hello: v1::Hello) -> Result<Source, Refusal> {
+        let client = MotionServiceClient::new(self.channel.clone());
+        let session = self.name.clone();
+        let hello = v1::Hello { session, ..hello };
+        Source::open(client, Asked::Hello(hello)).await
+    }
+
+    /// Records what its points are given.
+    pub async fn record(&self) -> Result<tonic::Streaming<v1::RecordMotionResponse>, Refusal> {
+        let session = self.name.clone();
+        let mut client = MotionServiceClient::new(self.channel.clone());
+        let answer = client
+            .record_motion(v1::RecordMotionRequest { session })
+            .await;
+        answer.map(tonic::Response::into_inner).map_err(Refusal::of)
     }
 }

@@ -16,6 +16,7 @@ pub fn hello(session: &str, labels: &[String]) -> Asked {
         session: session.to_owned(),
         source: "the integration tests".to_owned(),
         labels: labels.to_vec(),
+        ..v1::Hello::default()
     })
 }
 
@@ -82,17 +83,40 @@ impl Source {
             capture_time_seconds: sequence as f64 / self.rate,
             positions: Some(Reals::pack(positions.as_flattened(), Precision::F64)),
             flags: flags.to_vec().into(),
+            source_sequence: None,
         })
+    }
+
+    /// The next thing that the server says.
+    pub async fn told(&mut self) -> Result<Option<Told>, Refusal> {
+        let message = self.told.message().await.map_err(Refusal::of)?;
+        Ok(message.map(|message| message.item.unwrap()))
     }
 
     /// Waits until this frame has its place in the session's queue.
     pub async fn acked(&mut self, sequence: u64) -> Result<(), Refusal> {
+        self.ack_where(|ack| ack.sequence >= sequence)
+            .await
+            .map(drop)
+    }
+
+    /// Waits for an acknowledgement such as this.
+    pub async fn ack_where(&mut self, is: impl Fn(&v1::Ack) -> bool) -> Result<v1::Ack, Refusal> {
         loop {
-            let message = self.told.message().await.map_err(Refusal::of)?;
-            match message.expect("the stream goes on").item.unwrap() {
+            match self.told().await?.expect("the stream goes on") {
                 Told::Accepted(again) => panic!("{again:?} came twice"),
-                Told::Ack(ack) if ack.sequence >= sequence => return Ok(()),
-                Told::Ack(_) => {}
+                Told::Ack(ack) if is(&ack) => return Ok(ack),
+                Told::Ack(_) | Told::Pong(_) | Told::Throttle(_) => {}
+            }
+        }
+    }
+
+    /// Waits until the server has all that was sent before; the answer to the ping by which it is known.
+    pub async fn reached(&mut self) -> v1::Pong {
+        self.send_item(Asked::Ping(v1::Ping::default())).await;
+        loop {
+            if let Told::Pong(pong) = self.told().await.unwrap().expect("the stream goes on") {
+                return pong;
             }
         }
     }

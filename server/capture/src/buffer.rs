@@ -44,6 +44,8 @@ pub struct Buffer {
     capacity: usize,
     /// Frames further apart than this have nothing to say of the time between them, s.
     span: f64,
+    /// A marker that goes faster than this from one frame to the next jumped, m/s.
+    leap: f64,
     /// The moment asked for last.
     past: f64,
     counts: Counts,
@@ -57,11 +59,14 @@ impl Buffer {
     ///
     /// * `capacity` - frames that may wait, at least 2.
     /// * `span` - the longest time between two frames across which a marker is interpolated, s.
-    pub fn new(capacity: usize, span: f64) -> Self {
+    /// * `leap` - the greatest speed from one to the next at which it is, m/s: one that is faster jumped, or bears
+    ///   another's name, and was nowhere in between. It is where the nearer frame sees it, for others to judge.
+    pub fn new(capacity: usize, span: f64, leap: f64) -> Self {
         Self {
             frames: VecDeque::new(),
             capacity: capacity.max(2),
             span,
+            leap,
             past: f64::NEG_INFINITY,
             counts: Counts::default(),
         }
@@ -115,7 +120,9 @@ impl Buffer {
                 time,
                 ..frame.clone()
             }),
-            (Some(a), Some(b)) if b.time - a.time <= self.span => Some(between(a, b, time)),
+            (Some(a), Some(b)) if b.time - a.time <= self.span => {
+                Some(between(a, b, time, self.leap))
+            }
             _ => None,
         }
     }
@@ -141,11 +148,17 @@ impl Buffer {
     }
 }
 
-fn between(a: &Sample, b: &Sample, time: f64) -> Sample {
+fn between(a: &Sample, b: &Sample, time: f64, leap: f64) -> Sample {
     let share = (time - a.time) / (b.time - a.time);
+    let reach = leap * (b.time - a.time);
+    let line = |a: &Vector3<f64>, b: &Vector3<f64>| match (b - a).norm() <= reach {
+        true => a.lerp(b, share),
+        false if share < 0.5 => *a,
+        false => *b,
+    };
     let seen: Vec<bool> = a.seen.iter().zip(&b.seen).map(|(a, b)| *a && *b).collect();
     let place = |i: usize| match seen[i] {
-        true => a.positions[i].lerp(&b.positions[i], share),
+        true => line(&a.positions[i], &b.positions[i]),
         false => Vector3::zeros(),
     };
     Sample {

@@ -99,6 +99,14 @@ impl Clock {
         ours + at + self.offset + self.skew * at
     }
 
+    /// What the source's clock shows when ours shows `time`, s: the inverse of [`Clock::to_ours`].
+    pub fn to_source(&self, time: f64) -> f64 {
+        let Some((source, ours)) = self.origin else {
+            return time;
+        };
+        source + (time - ours - self.offset) / (1.0 + self.skew)
+    }
+
     /// How much faster our clock runs than the source's: 1e-6 is one microsecond per second.
     pub fn skew(&self) -> f64 {
         self.skew

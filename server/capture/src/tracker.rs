@@ -229,7 +229,7 @@ impl Tracker {
                 self.consider(i, seen(self.named[i]));
             }
         }
-        self.started |= sample.is_some();
+        self.started |= sample.is_some_and(|sample| sample.seen.contains(&true));
     }
 
     fn remember(&mut self) {

@@ -18,7 +18,7 @@ fn frame(sequence: u64) -> Sample {
 }
 
 fn buffer() -> Buffer {
-    Buffer::new(64, 2.5 / RATE)
+    Buffer::new(64, 2.5 / RATE, 12.0)
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn nothing_is_made_up_over_a_gap_or_beyond_the_last_frame() {
 
 #[test]
 fn a_full_buffer_and_a_clock_that_goes_back_are_told() {
-    let mut buffer = Buffer::new(2, 1.0);
+    let mut buffer = Buffer::new(2, 1.0, 12.0);
     buffer.insert(frame(1));
     let back = Sample {
         sequence: 2,
@@ -60,6 +60,21 @@ fn a_full_buffer_and_a_clock_that_goes_back_are_told() {
     buffer.insert(frame(2));
     assert_eq!(buffer.insert(frame(3)), Verdict::Full);
     assert_eq!(buffer.counts().refused, 1);
+}
+
+#[test]
+fn a_marker_that_jumps_is_never_between_where_it_was_and_where_it_is() {
+    let mut buffer = buffer();
+    for sequence in 2..8 {
+        let mut frame = frame(2 * sequence);
+        frame.time = sequence as f64 / RATE;
+        frame.positions[0].y = if sequence < 5 { 0.0 } else { 1.0 };
+        buffer.insert(frame);
+    }
+    for (moment, y) in [(4.0, 0.0), (4.3, 0.0), (4.6, 1.0), (5.0, 1.0), (5.5, 1.0)] {
+        let sample = buffer.at(moment / RATE).unwrap();
+        assert!((sample.positions[0].y - y).abs() < 1e-12, "at {moment}");
+    }
 }
 
 proptest! {

@@ -80,6 +80,16 @@ fn without_jitter_the_clock_is_exact_and_so_is_its_skew() {
 }
 
 #[test]
+fn there_and_back_is_the_same_moment() {
+    let (clock, _) = pinged(10, 1.5e-4, 1e-3, 3);
+    for time in [0.0, 4000.0, 4100.5] {
+        let back = clock.to_source(clock.to_ours(time));
+        assert!((back - time).abs() < 1e-6, "{back} for {time}");
+    }
+    assert_eq!(Clock::default().to_source(5.0), 5.0);
+}
+
+#[test]
 fn of_a_source_that_does_not_ping_the_clock_is_late_by_the_least_delay() {
     let (skew, mut chance, mut clock) = (1e-4, Chance(3), Clock::default());
     for frame in 0..2000 {

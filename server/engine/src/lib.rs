@@ -26,6 +26,7 @@ pub use scene::{
     Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
     Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
 };
+pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
 pub use sinew_particles::{
     Attraction, AttractionLaw, Driven, Elastic, EndingKind, ExternalForce, Form, FrameSpec,
     Gradient, Integrator, LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion,

@@ -1,37 +1,43 @@
-//! MotionService: frames from a client into a session's queue.
+//! MotionService: frames from a client into a session, and what steps were given out of it.
 
-use std::{
-    pin::Pin,
-    sync::{Arc, atomic::Ordering},
-};
+mod door;
+mod record;
+
+use std::{pin::Pin, sync::Arc};
 
 use futures::{Stream, stream};
-use sinew_engine::MotionSample;
+use sinew_engine::Exchange;
 use sinew_proto::v1::{
     self, motion_service_server::MotionService, stream_motion_request::Item as Asked,
     stream_motion_response::Item as Told,
 };
-use tokio::sync::watch;
+use tokio::{
+    sync::{mpsc, oneshot, watch},
+    task::JoinHandle,
+};
+use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
+use self::door::Door;
 use super::{Shared, session::count};
 use crate::{
-    convert,
-    error::{ServiceError, invalid},
+    error::ServiceError,
+    inbox::{Arrival, Delivery, Input, Item, MOTION_QUEUE, Progress},
+    metrics::Fate,
     registry::Entry,
-    session::{Arrival, MOTION_QUEUE},
     status,
     timing::now_nanos,
 };
 
-/// Bit of a point's flag byte that says it is occluded.
-const OCCLUDED: u8 = 1;
+/// Answers to pings that may wait for a client; one that reads more slowly goes without.
+const ANSWERS: usize = 16;
 
 type Answer = Result<v1::StreamMotionResponse, Status>;
 
 #[tonic::async_trait]
 impl MotionService for Shared {
     type StreamMotionStream = Pin<Box<dyn Stream<Item = Answer> + Send>>;
+    type RecordMotionStream = record::Records;
 
     async fn stream_motion(
         &self,
@@ -40,40 +46,74 @@ impl MotionService for Shared {
         let mut requests = request.into_inner();
         let hello = match next(&mut requests).await? {
             Some(Asked::Hello(hello)) => hello,
-            Some(Asked::Frame(_)) | None => return Err(ServiceError::MotionHelloMissing.into()),
+            Some(Asked::Frame(_) | Asked::Ping(_)) | None => {
+                return Err(ServiceError::MotionHelloMissing.into());
+            }
         };
         let source = Source::open(self, &hello)?;
         let first = Told::Accepted(v1::Accepted {
             point_count: count(source.entry.labels.len()),
             queue_capacity: count(MOTION_QUEUE),
         });
-        // Acks are cumulative: a client that reads slowly gets the newest.
-        let (acks, told) = watch::channel(first);
-        let reader = self.tasks.spawn(source.read(requests, acks));
-        let responses = stream::unfold(Some((Some(first), told, reader)), |state| async move {
-            let (first, mut told, reader) = state?;
-            if let Some(item) = first {
-                return Some((
-                    Ok(v1::StreamMotionResponse { item: Some(item) }),
-                    Some((None, told, reader)),
-                ));
-            }
-            if told.changed().await.is_ok() {
-                let item = Some(*told.borrow_and_update());
-                return Some((
-                    Ok(v1::StreamMotionResponse { item }),
-                    Some((None, told, reader)),
-                ));
-            }
-            // The reader is done: its error is the stream's last word.
-            match reader.await {
-                Ok(Ok(())) => None,
-                Ok(Err(error)) => Some((Err(error.into()), None)),
-                Err(join) => Some((Err(ServiceError::Internal(join.to_string()).into()), None)),
-            }
+        let (acks, acked) = watch::channel(v1::Ack::default());
+        let (say, said) = mpsc::channel(ANSWERS);
+        let reader = self.tasks.spawn(source.run(requests, Voice { acks, say }));
+        let answers = Answers {
+            first: Some(first),
+            said,
+            acked,
+            reader,
+        };
+        let responses = stream::unfold(Some(answers), async |answers| {
+            let (item, answers) = answers?.next().await?;
+            let answer = item.map(|item| v1::StreamMotionResponse { item: Some(item) });
+            Some((answer.map_err(Status::from), answers))
         });
         Ok(Response::new(Box::pin(responses)))
     }
+
+    async fn record_motion(
+        &self,
+        request: Request<v1::RecordMotionRequest>,
+    ) -> Result<Response<Self::RecordMotionStream>, Status> {
+        let entry = self.registry.get(&request.into_inner().session)?;
+        Ok(Response::new(record::records(entry).await?))
+    }
+}
+
+/// What the client is told, on its way.
+struct Answers {
+    first: Option<Told>,
+    said: mpsc::Receiver<Told>,
+    /// Cumulative: a client that reads slowly gets the newest.
+    acked: watch::Receiver<v1::Ack>,
+    reader: JoinHandle<Result<(), ServiceError>>,
+}
+
+impl Answers {
+    async fn next(mut self) -> Option<(Result<Told, ServiceError>, Option<Self>)> {
+        if let Some(first) = self.first.take() {
+            return Some((Ok(first), Some(self)));
+        }
+        let told = tokio::select! {
+            biased;
+            Some(told) = self.said.recv() => told,
+            Ok(()) = self.acked.changed() => Told::Ack(*self.acked.borrow_and_update()),
+            else => {
+                // The reader is done: its error is the stream's last word.
+                let end = self.reader.await;
+                let end = end.unwrap_or_else(|join| Err(ServiceError::Internal(join.to_string())));
+                return end.err().map(|error| (Err(error), None));
+            }
+        };
+        Some((Ok(told), Some(self)))
+    }
+}
+
+/// The reader's way to tell the client something.
+struct Voice {
+    acks: watch::Sender<v1::Ack>,
+    say: mpsc::Sender<Told>,
 }
 
 /// The next item; `None` where the client is done or gone.
@@ -94,15 +134,25 @@ async fn next(
 /// A client's stream of motion, the only one of its session.
 struct Source {
     entry: Arc<Entry>,
-    /// For each point of a frame its index in the session; none where the orders agree.
-    order: Option<Vec<usize>>,
-    last: Option<(u64, f64)>,
+    door: Door,
+    delivery: Delivery,
+    stream: u64,
+    /// The session knows of the stream.
+    opened: bool,
+    superseded: CancellationToken,
+    progress: watch::Receiver<Progress>,
+    /// The last ping: sent on the source's clock, received and answered on ours, s.
+    pinged: Option<(f64, f64, f64)>,
+    /// Sequence of the last frame that has its place.
+    queued: u64,
+    /// What was said last.
+    told: v1::Ack,
     shared: Shared,
 }
 
 impl Drop for Source {
     fn drop(&mut self) {
-        self.entry.streaming.store(false, Ordering::Release);
+        self.entry.seat.leave(self.stream);
     }
 }
 
@@ -112,196 +162,225 @@ impl Source {
         if !entry.external {
             return Err(ServiceError::MotionNotExternal);
         }
-        let order = order(&hello.labels, &entry.labels)?;
-        if entry.streaming.swap(true, Ordering::AcqRel) {
-            return Err(ServiceError::MotionSourceBusy);
-        }
+        let door = Door::open(hello, &entry.labels, entry.up)?;
+        let delivery = door::delivery(hello, entry.time_step)?;
+        let (stream, superseded) = entry.seat.take(hello.stream_epoch)?;
         tracing::info!(
             session = entry.name,
             source = hello.source,
+            clock = hello.clock,
             "motion stream opened"
         );
         Ok(Self {
+            progress: entry.handle.progress.clone(),
             entry,
-            order,
-            last: None,
+            door,
+            delivery,
+            stream,
+            opened: false,
+            superseded,
+            pinged: None,
+            queued: 0,
+            told: v1::Ack::default(),
             shared: shared.clone(),
         })
     }
 
-    /// Takes frames until the client is done or something is wrong.
-    async fn read(
+    /// Takes items until the client is done or something is wrong.
+    async fn run(
         mut self,
-        mut requests: Streaming<v1::StreamMotionRequest>,
-        acks: watch::Sender<Told>,
+        requests: Streaming<v1::StreamMotionRequest>,
+        voice: Voice,
     ) -> Result<(), ServiceError> {
         let cancel = self.entry.handle.cancel.clone();
-        loop {
+        let superseded = self.superseded.clone();
+        tokio::select! {
+            biased;
+            () = cancel.cancelled() => Err(self.ended()),
+            () = superseded.cancelled() => Err(ServiceError::MotionSuperseded),
+            done = self.read(requests, &voice) => done,
+        }
+    }
+
+    async fn read(
+        &mut self,
+        mut requests: Streaming<v1::StreamMotionRequest>,
+        voice: &Voice,
+    ) -> Result<(), ServiceError> {
+        let live = self.delivery != Delivery::Each;
+        let mut refused = 0;
+        let read = loop {
             let item = tokio::select! {
-                () = cancel.cancelled() => return Err(self.ended()),
-                item = next(&mut requests) => item?,
+                item = next(&mut requests) => item,
+                Ok(()) = self.progress.changed(), if live => {
+                    let progress = self.tell(voice);
+                    if progress.refused > refused {
+                        refused = progress.refused;
+                        let sequence = self.door.last();
+                        voice.say.try_send(Told::Throttle(v1::Throttle { sequence })).ok();
+                    }
+                    continue;
+                }
             };
-            let received_nanos = now_nanos();
-            let sample = match item {
-                None => return Ok(()),
-                Some(Asked::Hello(_)) => return Err(ServiceError::MotionHelloRepeated),
-                Some(Asked::Frame(frame)) => self.sample(frame)?,
-            };
-            self.shared.metrics.motion_frames.inc();
-            let sequence = sample.sequence;
-            tokio::select! {
-                () = cancel.cancelled() => return Err(self.ended()),
-                // The client left while its frame waited: its place is for another source.
-                () = acks.closed() => return Ok(()),
-                sent = self.entry.handle.motion.send(Arrival { sample, received_nanos }) => {
-                    sent.map_err(|_| self.ended())?;
+            match item {
+                Ok(None) => break Ok(()),
+                Ok(Some(item)) => {
+                    if let Err(error) = self.take(item, voice).await {
+                        break Err(error);
+                    }
+                }
+                Err(error) => break Err(error),
+            }
+        };
+        if live {
+            self.close(voice, read.is_ok()).await?;
+        }
+        read
+    }
+
+    async fn take(&mut self, item: Asked, voice: &Voice) -> Result<(), ServiceError> {
+        let received = self.entry.handle.clock_seconds();
+        let received_nanos = now_nanos();
+        match item {
+            Asked::Hello(_) => return Err(ServiceError::MotionHelloRepeated),
+            Asked::Ping(ping) => return self.ping(ping, received, voice).await,
+            Asked::Frame(frame) => {
+                self.shared.metrics.motion_frames.inc();
+                let sequence = frame.sequence;
+                if let Some(sample) = self.door.admit(frame)? {
+                    let arrival = Arrival {
+                        sequence,
+                        sample,
+                        received,
+                        received_nanos,
+                    };
+                    self.send(Item::Frame(arrival), voice).await?;
+                    self.queued = self.door.last();
                 }
             }
-            let step = self.entry.handle.outlets.latest().frame.step;
-            acks.send_replace(Told::Ack(v1::Ack { sequence, step }));
         }
+        if self.delivery == Delivery::Each {
+            self.tell(voice);
+        }
+        Ok(())
+    }
+
+    /// Answers a ping; the one before it is then a whole exchange.
+    async fn ping(
+        &mut self,
+        ping: v1::Ping,
+        received: f64,
+        voice: &Voice,
+    ) -> Result<(), ServiceError> {
+        let v1::Ping {
+            sent_seconds: sent,
+            returned_seconds: returned,
+        } = ping;
+        for (field, time) in [("sent_seconds", Some(sent)), ("returned_seconds", returned)] {
+            door::check_time(&format!("ping.{field}"), time.unwrap_or_default())?;
+        }
+        if let (Some((sent, received, answered)), Some(returned)) = (self.pinged, returned)
+            && self.delivery != Delivery::Each
+        {
+            let exchange = Exchange {
+                sent,
+                received,
+                answered,
+                returned,
+            };
+            self.send(Item::Ping(exchange), voice).await?;
+        }
+        let answered = self.entry.handle.clock_seconds();
+        self.pinged = Some((sent, received, answered));
+        let pong = v1::Pong {
+            sent_seconds: sent,
+            received_seconds: received,
+            answered_seconds: answered,
+        };
+        voice.say.try_send(Told::Pong(pong)).ok();
+        Ok(())
+    }
+
+    /// Waits until the last moment was played, where someone still listens.
+    async fn close(&mut self, voice: &Voice, wanted: bool) -> Result<(), ServiceError> {
+        let (played, mut over) = oneshot::channel();
+        self.deliver(Item::Close(played)).await?;
+        if !wanted {
+            return Ok(());
+        }
+        loop {
+            tokio::select! {
+                _ = &mut over => break,
+                () = voice.acks.closed() => break,
+                Ok(()) = self.progress.changed() => { self.tell(voice); }
+            }
+        }
+        self.tell(voice);
+        Ok(())
+    }
+
+    /// Sends something to the session, unless the client leaves while it waits for room.
+    async fn send(&mut self, item: Item, voice: &Voice) -> Result<(), ServiceError> {
+        tokio::select! {
+            sent = self.deliver(item) => sent,
+            // Its place is for another source.
+            () = voice.acks.closed() => Err(self.ended()),
+        }
+    }
+
+    /// Sends something to the session. A stream that never has anything to say waits for no room.
+    async fn deliver(&mut self, item: Item) -> Result<(), ServiceError> {
+        let open = (!self.opened).then_some(Item::Open(self.delivery));
+        for item in open.into_iter().chain([item]) {
+            let input = Input {
+                stream: self.stream,
+                item,
+            };
+            let sent = self.entry.handle.motion.send(input).await;
+            sent.map_err(|_| self.ended())?;
+            self.opened = true;
+        }
+        Ok(())
+    }
+
+    /// Acknowledges.
+    fn tell(&mut self, voice: &Voice) -> Progress {
+        let progress = *self.progress.borrow_and_update();
+        let progress = match progress.stream == self.stream {
+            true => progress,
+            false => Progress::default(),
+        };
+        let ack = v1::Ack {
+            sequence: match self.delivery {
+                Delivery::Each => self.queued,
+                Delivery::Live { .. } => progress.used,
+            },
+            step: self.entry.handle.outlets.latest().frame.step,
+            duplicates: self.door.duplicates(),
+            reordered: progress.reordered,
+            late: progress.late,
+            refused: progress.refused,
+            delay_seconds: progress.delay,
+            clock_offset_seconds: progress.offset,
+            clock_skew: progress.skew,
+        };
+        let metrics = &self.shared.metrics;
+        let before = std::mem::replace(&mut self.told, ack);
+        metrics.fated(Fate::Duplicate, ack.duplicates - before.duplicates);
+        metrics.fated(
+            Fate::Reordered,
+            ack.reordered.saturating_sub(before.reordered),
+        );
+        metrics.fated(Fate::Late, ack.late.saturating_sub(before.late));
+        metrics.fated(Fate::Refused, ack.refused.saturating_sub(before.refused));
+        if self.delivery != Delivery::Each && ack.step > before.step {
+            metrics.live(&progress);
+        }
+        voice.acks.send_replace(ack);
+        progress
     }
 
     fn ended(&self) -> ServiceError {
         ServiceError::Ended(self.entry.handle.outlets.end())
     }
-
-    /// Checks a frame and brings it into the session's order.
-    fn sample(&mut self, frame: v1::MotionFrame) -> Result<MotionSample, ServiceError> {
-        let v1::MotionFrame {
-            sequence,
-            capture_time_seconds: time,
-            positions,
-            flags,
-        } = frame;
-        let points = self.entry.labels.len();
-        let positions = convert::vectors(positions.as_ref(), "frame.positions")?;
-        let wrong_length = |field, found: usize| {
-            let problem = format!("has {found} entries for {points} points");
-            invalid(
-                "MOTION_WRONG_LENGTH",
-                field,
-                problem,
-                "send every point in every frame; flag those not seen",
-            )
-        };
-        if positions.len() != points {
-            return Err(wrong_length("frame.positions", positions.len()));
-        }
-        if !flags.is_empty() && flags.len() != points {
-            return Err(wrong_length("frame.flags", flags.len()));
-        }
-        if !time.is_finite() {
-            let problem = format!("is {time}");
-            return Err(invalid(
-                "VALUE_NOT_FINITE",
-                "frame.capture_time_seconds",
-                problem,
-                "send finite seconds",
-            ));
-        }
-        self.check_order(sequence, time)?;
-        let seen: Vec<bool> = match flags.is_empty() {
-            true => vec![true; points],
-            false => flags.iter().map(|flag| flag & OCCLUDED == 0).collect(),
-        };
-        for (i, (position, seen)) in positions.iter().zip(&seen).enumerate() {
-            if *seen && !position.iter().all(|x| x.abs() <= LARGEST) {
-                return Err(invalid(
-                    "VALUE_NOT_FINITE",
-                    format!("frame.positions[{i}]"),
-                    format!("is {:?} in frame {sequence}", position.as_slice()),
-                    "send finite metres, or flag the point as occluded",
-                ));
-            }
-        }
-        let (positions, seen) = match &self.order {
-            None => (positions, seen),
-            Some(order) => (scatter(&positions, order), scatter(&seen, order)),
-        };
-        Ok(MotionSample {
-            sequence,
-            time,
-            positions,
-            seen,
-        })
-    }
-
-    fn check_order(&mut self, sequence: u64, time: f64) -> Result<(), ServiceError> {
-        let Some((before, time_before)) = self.last.replace((sequence, time)) else {
-            return Ok(());
-        };
-        let backwards = |field, before: String, after: String, rule| {
-            Err(ServiceError::MotionBackwards {
-                field,
-                before,
-                after,
-                rule,
-            })
-        };
-        if sequence <= before {
-            backwards("sequence", before.to_string(), sequence.to_string(), "grow")
-        } else if time < time_before {
-            backwards(
-                "capture_time_seconds",
-                time_before.to_string(),
-                time.to_string(),
-                "never go back",
-            )
-        } else {
-            Ok(())
-        }
-    }
-}
-
-/// Largest coordinate that a mesh can follow and still travel as binary32, m.
-const LARGEST: f64 = 1e12;
-
-/// Where in the session each point of a frame stands.
-fn order(labels: &[String], known: &[String]) -> Result<Option<Vec<usize>>, ServiceError> {
-    if labels.is_empty() || labels == known {
-        return Ok(None);
-    }
-    let mut order = Vec::with_capacity(known.len());
-    let mut taken = vec![false; known.len()];
-    for (i, label) in labels.iter().enumerate() {
-        let field = format!("hello.labels[{i}]");
-        let Some(point) = known.iter().position(|name| name == label) else {
-            let problem = format!("is `{label}`, which no point of the session has");
-            return Err(invalid(
-                "LABEL_UNKNOWN",
-                field,
-                problem,
-                "stream the points of the scene",
-            ));
-        };
-        if std::mem::replace(&mut taken[point], true) {
-            let problem = format!("is `{label}` for the second time");
-            return Err(invalid(
-                "LABEL_DUPLICATE",
-                field,
-                problem,
-                "name each point once",
-            ));
-        }
-        order.push(point);
-    }
-    if let Some(absent) = taken.iter().position(|taken| !taken) {
-        let problem = format!("lacks `{}`", known[absent]);
-        return Err(invalid(
-            "LABEL_MISSING",
-            "hello.labels",
-            problem,
-            "name every point of the scene",
-        ));
-    }
-    Ok(Some(order))
-}
-
-fn scatter<T: Copy>(values: &[T], order: &[usize]) -> Vec<T> {
-    let mut placed = values.to_vec();
-    for (value, slot) in values.iter().zip(order) {
-        placed[*slot] = *value;
-    }
-    placed
 }

@@ -1,9 +1,6 @@
 //! SessionService.
 
-use std::{
-    sync::{Arc, atomic::AtomicBool},
-    time::SystemTime,
-};
+use std::{sync::Arc, time::SystemTime};
 
 use prost::Message as _;
 use sinew_engine::{UpAxis, World};
@@ -20,6 +17,7 @@ use crate::{
     convert,
     error::{ServiceError, invalid},
     registry::{Entry, Origin, Reserved},
+    seat::Seat,
     session::{Activity, Drive, Handle, Report, Wish},
 };
 
@@ -197,7 +195,8 @@ impl Shared {
             external: drive == Drive::External,
             warnings,
             handle,
-            streaming: AtomicBool::new(false),
+            up,
+            seat: Seat::default(),
         })?;
         self.metrics.sessions.set(self.registry.len() as i64);
         tracing::info!(session = entry.name, "session created");

@@ -177,6 +177,8 @@ impl Posted {
             session: self.session.name.clone(),
             source: "sinew".to_owned(),
             labels: take.labels().to_vec(),
+            rate_hz: take.rate_hz(),
+            ..v1::Hello::default()
         };
         let frames = take_frames(take, usize::try_from(self.total).unwrap_or(usize::MAX));
         let frames = match self.speed {

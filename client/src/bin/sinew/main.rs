@@ -14,6 +14,7 @@ mod latency;
 mod out;
 mod percentiles;
 mod progress;
+mod record;
 mod run;
 mod sessions;
 mod stream;
@@ -53,6 +54,8 @@ enum Command {
     Demo(demo::Arguments),
     Run(run::Arguments),
     Stream(stream::Arguments),
+    Record(record::Record),
+    Replay(record::Replay),
     #[cfg(feature = "embedded")]
     Sweep(sweep::Arguments),
     Watch(watch::Arguments),
@@ -84,6 +87,8 @@ async fn main() -> ExitCode {
         Command::Demo(arguments) => demo::demo(arguments).await,
         Command::Run(arguments) => run::run(arguments).await,
         Command::Stream(arguments) => stream::stream(arguments).await,
+        Command::Record(arguments) => record::record(arguments).await,
+        Command::Replay(arguments) => record::replay(arguments).await,
         #[cfg(feature = "embedded")]
         Command::Sweep(arguments) => sweep::sweep(arguments).await,
         Command::Watch(arguments) => watch::watch(arguments).await,

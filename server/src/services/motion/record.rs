@@ -1,0 +1,90 @@
+//! RecordMotion: what steps were given, none left out.
+
+use std::{pin::Pin, sync::Arc};
+
+use futures::{Stream, stream};
+use sinew_proto::v1::{self, Precision, Reals, record_motion_response::Item};
+use tokio::sync::{
+    broadcast::{self, error::RecvError},
+    watch,
+};
+use tonic::Status;
+
+use super::super::session::digest;
+use crate::{end::End, error::ServiceError, outlets::Given, registry::Entry, session::Wish};
+
+pub(super) type Records =
+    Pin<Box<dyn Stream<Item = Result<v1::RecordMotionResponse, Status>> + Send>>;
+
+/// The record of a session from now on.
+pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> {
+    if !entry.external {
+        return Err(ServiceError::MotionNotExternal);
+    }
+    // First listen, then ask: no step falls between.
+    let given = entry.handle.outlets.given();
+    let (_, end) = entry.handle.outlets.subscribe();
+    let report = entry.handle.ask(Wish::Describe).await?;
+    let start = v1::RecordStart {
+        labels: entry.labels.clone(),
+        step: report.frame.step,
+        digest: digest(report.digest),
+        time_step_seconds: entry.time_step,
+    };
+    let recorder = Recorder {
+        after: report.frame.step,
+        given,
+        end,
+    };
+    let first = stream::iter([Ok(Item::Start(start))]);
+    let rest = stream::unfold(Some(recorder), async |recorder| recorder?.next().await);
+    let items = stream::StreamExt::chain(first, rest);
+    Ok(Box::pin(stream::StreamExt::map(items, |item| {
+        item.map(|item| v1::RecordMotionResponse { item: Some(item) })
+            .map_err(Status::from)
+    })))
+}
+
+struct Recorder {
+    /// The last step that is not in the record.
+    after: u64,
+    given: broadcast::Receiver<Given>,
+    end: watch::Receiver<Option<End>>,
+}
+
+impl Recorder {
+    async fn next(mut self) -> Option<(Result<Item, ServiceError>, Option<Self>)> {
+        loop {
+            let given = tokio::select! {
+                biased;
+                given = self.given.recv() => given,
+                _ = self.end.wait_for(Option::is_some) => return None,
+            };
+            match given {
+                Ok(given) if given.step <= self.after => {}
+                Ok(given) => return Some((Ok(Item::Frame(frame(&given))), Some(self))),
+                Err(RecvError::Lagged(_)) => {
+                    return Some((Err(ServiceError::SubscriberTooSlow), None));
+                }
+                Err(RecvError::Closed) => return None,
+            }
+        }
+    }
+}
+
+fn frame(Given { step, sample }: &Given) -> v1::MotionFrame {
+    let flags = match sample.seen.iter().all(|seen| *seen) {
+        true => bytes::Bytes::new(),
+        false => sample.seen.iter().map(|seen| u8::from(!seen)).collect(),
+    };
+    v1::MotionFrame {
+        sequence: *step,
+        capture_time_seconds: sample.time,
+        positions: Some(Reals::pack(
+            bytemuck::cast_slice(&sample.positions),
+            Precision::F64,
+        )),
+        flags,
+        source_sequence: Some(sample.sequence),
+    }
+}
