@@ -294,11 +294,14 @@ impl Tracker {
                 .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
             takes[i] = nearest.filter(|&j| NEARER * distance(j) < off(&self.named, i));
         }
-        self.rename(&takes);
+        let hidden: Vec<bool> = (0..count).map(|i| seen(&self.named, i).is_none()).collect();
+        self.rename(&takes, &hidden);
     }
 
-    /// Gives each marker that is in another's place that other's name, all round: those pushed out take the names left.
-    fn rename(&mut self, takes: &[Option<usize>]) {
+    /// Gives each marker that is in another's place that other's name. Swaps go all round, or end at a marker that is
+    /// hidden, whose name goes to the first: markers that follow each other closely are in each other's places too when
+    /// they speed up, but the last of them is in nobody's.
+    fn rename(&mut self, takes: &[Option<usize>], hidden: &[bool]) {
         let mut claimed = vec![false; takes.len()];
         let mut moves = Vec::new();
         for (from, to) in takes.iter().enumerate() {
@@ -308,12 +311,23 @@ impl Tracker {
                 moves.push((from, to));
             }
         }
+        loop {
+            let gives: Vec<usize> = moves.iter().map(|&(from, _)| from).collect();
+            let before = moves.len();
+            moves.retain(|&(_, to)| hidden[to] || gives.contains(&to));
+            if moves.len() == before {
+                break;
+            }
+        }
+        claimed.fill(false);
+        for &(_, to) in &moves {
+            claimed[to] = true;
+        }
         if moves.is_empty() {
             return;
         }
         let gives = |i: usize| moves.iter().any(|&(from, _)| from == i);
         let names: Vec<usize> = moves.iter().map(|&(from, _)| self.named[from]).collect();
-        // A chain ends at a marker that was not seen: its name goes to the chain's start.
         let mut left: Vec<usize> = moves
             .iter()
             .filter(|&&(_, to)| !gives(to))

@@ -147,20 +147,12 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
             steps,
             expected_step,
         }) => {
-            let name = session_name(&session);
-            let answer = client
-                .step(StepRequest {
-                    name,
-                    steps,
-                    expected_step,
-                })
-                .await?;
-            say!(
-                "step {}  time {:.3} s  digest {}",
-                answer.step,
-                answer.time_seconds,
-                answer.digest
-            );
+            let request = StepRequest {
+                name: session_name(&session),
+                steps,
+                expected_step,
+            };
+            step(&client, request).await?;
         }
         Some(Command::Remap {
             session,
@@ -203,6 +195,17 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
             say!("{name} is deleted");
         }
     }
+    Ok(())
+}
+
+async fn step(client: &Client, request: StepRequest) -> Result<(), Failure> {
+    let answer = client.step(request).await?;
+    say!(
+        "step {}  time {:.3} s  digest {}",
+        answer.step,
+        answer.time_seconds,
+        answer.digest
+    );
     Ok(())
 }
 
