@@ -6,7 +6,9 @@
 mod adjacency;
 mod cell_faces;
 mod check;
+mod complex;
 mod grid;
+mod holders;
 mod inspect;
 mod lattice;
 mod measure;
@@ -19,6 +21,7 @@ mod winding;
 
 pub use cell_faces::Face;
 pub use check::GridError;
+pub use complex::{Complex, Dimension, MOST_NEIGHBOURS, Table, TooManyNeighbours};
 pub use grid::{Cell, CellShape, CellType, Cells, Grid};
 pub use inspect::{Inspection, inspect};
 pub use lattice::{Capsule, LatticeError, MOST_CELLS, lattice};

@@ -1,8 +1,13 @@
 //! Each kind of cell: its volume, its faces, and which way these look.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use sinew_mesh::{Cell, CellType, Cells, Grid, GridError, area, inspect, quality, shapes, surface};
+use sinew_mesh::{
+    Cell, CellType, Cells, Complex, Dimension, Grid, GridError, area, inspect, quality, shapes,
+    surface,
+};
 use sinew_mesh::{Surface, vertex_normals, volume};
 
 /// A prism of height 1 over a regular polygon of radius 1, wound as given.
@@ -80,6 +85,51 @@ fn every_kind_has_its_volume_wherever_it_stands() {
             position.add_scalar_mut(1e6);
         }
         assert!((volume(&grid, 0) - expected).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn every_kind_has_as_many_vertices_and_faces_as_edges_and_two_more() {
+    for (grid, _, faces) in volumes() {
+        let complex = Complex::new(Arc::new(grid.cells.clone()), grid.positions.len());
+        let edges = complex.count(Dimension::Edge);
+        assert_eq!(complex.count(Dimension::Face), faces);
+        assert_eq!(
+            grid.positions.len() + faces,
+            edges + 2,
+            "{:?}",
+            grid.cells.cell(0).kind
+        );
+        for dimension in [Dimension::Edge, Dimension::Face] {
+            let bounds = complex.bounds(Dimension::Volume, dimension);
+            assert_eq!(bounds.row(0).len(), complex.count(dimension));
+        }
+        let sides: usize = grid.cells.cell(0).faces().map(|face| face.len()).sum();
+        assert_eq!(
+            complex.bounds(Dimension::Face, Dimension::Edge).items.len(),
+            sides
+        );
+    }
+}
+
+#[test]
+fn every_kind_holds_what_is_inside() {
+    for (grid, _, _) in volumes() {
+        let complex = Complex::new(Arc::new(grid.cells.clone()), grid.positions.len());
+        let count = grid.positions.len() as f64;
+        let centre = grid.positions.iter().sum::<Vector3<f64>>() / count;
+        for (corner, &at) in (0..).zip(&grid.positions) {
+            let places = [0.0, 0.99, 1.0, 1.01].map(|t| centre + (at - centre) * t);
+            let held = complex.holding(Dimension::Vertex, &grid.positions, &places);
+            let lengths: Vec<usize> = held.rows().map(<[u32]>::len).collect();
+            let all = grid.positions.len();
+            assert_eq!(
+                lengths,
+                [all, all, all, 0],
+                "{:?}, {corner}",
+                grid.cells.cell(0).kind
+            );
+        }
     }
 }
 
