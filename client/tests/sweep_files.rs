@@ -74,6 +74,7 @@ mapping.filter.minimum = {}
             .as_ref()
             .unwrap()
             .kind
+            .clone()
             .unwrap()
     };
     assert_eq!([0, 1, 2, 3].map(is_direct), [false, false, true, true]);

@@ -7,6 +7,7 @@ mod edits;
 mod events;
 mod explain;
 mod faults;
+mod floods;
 mod http;
 mod lifecycle;
 mod mappings;

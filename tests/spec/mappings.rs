@@ -136,7 +136,8 @@ fn every_radial_function_and_polynomial_of_a_scene_file_does_what_it_says() {
                         "polynomial": "POLYNOMIAL_{polynomial}"}}}}}}"#
                 );
                 if order < needs {
-                    refused(&server, scene(&mapping), "MAPPING_REFUSED", "scene.mapping").await;
+                    let field = "scene.mapping.rule.radial_basis.polynomial";
+                    refused(&server, scene(&mapping), "MAPPING_REFUSED", field).await;
                 } else if exact > 0 {
                     let field = FIELDS[exact - 1];
                     assert!(error(&server, &mapping, field).await < 1e-9, "{mapping}");
@@ -220,7 +221,7 @@ fn coefficients_of_a_scene_file_move_the_borders_between_points() {
             values[0] = first.to_string();
             let values = values.join(", ");
             let mapping = format!(
-                r#"{{"weighting": {{"distance": {{"coefficients": {{"values": [{values}]}}}}}},
+                r#"{{"weighting": {{"coefficients": {{"values": [{values}]}}}},
                     "rule": {{"direct": {{}}}}}}"#
             );
             assert!(error(&server, &mapping, translation).await < 1e-9);
@@ -252,34 +253,88 @@ async fn refused(server: &TestServer, scene: Scene, reason: &str, field: &str) {
     assert_eq!(server.names().await, before, "{mapping}");
 }
 
+/// Fields below `scene.mapping`, and mappings that are refused for them.
+const REFUSED: [(&str, &str); 17] = [
+    // No four of three points, or of four in a plane, span a volume.
+    (
+        "rule.barycentric",
+        r#"{"rule": {"barycentric": {}}, "filter": {"keep": {"k": 3}}}"#,
+    ),
+    (
+        "rule.barycentric",
+        r#"{"rule": {"barycentric": {}}, "points": ["p0", "p1", "p2"]}"#,
+    ),
+    (
+        "rule.linear_shape_matching.beta",
+        r#"{"rule": {"linearShapeMatching": {"beta": 1.5}}}"#,
+    ),
+    (
+        "rule.quadratic_shape_matching.beta",
+        r#"{"rule": {"quadraticShapeMatching": {"beta": -0.5}}}"#,
+    ),
+    (
+        "rule.quadratic_shape_matching.beta",
+        r#"{"rule": {"quadraticShapeMatching": {"beta": "NaN"}}}"#,
+    ),
+    (
+        "rule.radial_basis.scale",
+        r#"{"rule": {"radialBasis": {"scale": -1}}}"#,
+    ),
+    (
+        "rule.radial_basis.scale",
+        r#"{"rule": {"radialBasis": {"scale": "Infinity"}}}"#,
+    ),
+    (
+        "weighting.coefficients",
+        r#"{"weighting": {"coefficients": {"values": [1, 1]}}}"#,
+    ),
+    (
+        "weighting.coefficients[13]",
+        r#"{"weighting": {"coefficients": {"values": [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1]}}}"#,
+    ),
+    (
+        "filter.interval",
+        r#"{"filter": {"interval": {"nearest": 0.5, "farthest": 0.4}}}"#,
+    ),
+    (
+        "filter.interval",
+        r#"{"filter": {"interval": {"nearest": -0.5, "farthest": 0.4}}}"#,
+    ),
+    (
+        "filter.interval",
+        r#"{"filter": {"interval": {"nearest": "NaN", "farthest": 1}}}"#,
+    ),
+    // No point is so near to every vertex, nor so far.
+    (
+        "filter.interval",
+        r#"{"filter": {"interval": {"farthest": 0.01}}}"#,
+    ),
+    (
+        "filter.interval",
+        r#"{"filter": {"interval": {"nearest": 5, "farthest": 9}}}"#,
+    ),
+    (
+        "filter.keep_at_least",
+        r#"{"filter": {"keepAtLeast": {"within": -1}}}"#,
+    ),
+    (
+        "filter.keep_at_least",
+        r#"{"filter": {"keepAtLeast": {"within": "Infinity"}}}"#,
+    ),
+    // So wide that the points cannot be told apart.
+    (
+        "rule.radial_basis",
+        r#"{"rule": {"radialBasis": {"function": "RADIAL_FUNCTION_GAUSSIAN", "scale": 100}}}"#,
+    ),
+];
+
 #[test]
 fn mappings_without_an_answer_are_refused_by_field_and_reason() {
     live(async {
         let server = TestServer::start().await;
-        for mapping in [
-            // No four of three points, or of four in a plane, span a volume.
-            r#"{"rule": {"barycentric": {}}, "filter": {"keep": {"k": 3}}}"#,
-            r#"{"rule": {"barycentric": {}}, "points": ["p0", "p1", "p2"]}"#,
-            r#"{"rule": {"linearShapeMatching": {"beta": 1.5}}}"#,
-            r#"{"rule": {"quadraticShapeMatching": {"beta": -0.5}}}"#,
-            r#"{"rule": {"quadraticShapeMatching": {"beta": "NaN"}}}"#,
-            r#"{"rule": {"radialBasis": {"scale": -1}}}"#,
-            r#"{"rule": {"radialBasis": {"scale": "Infinity"}}}"#,
-            r#"{"weighting": {"distance": {"coefficients": {"values": [1, 1]}}}}"#,
-            r#"{"weighting": {"distance": {"coefficients": {"values":
-                [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1]}}}}"#,
-            r#"{"filter": {"interval": {"nearest": 0.5, "farthest": 0.4}}}"#,
-            r#"{"filter": {"interval": {"nearest": -0.5, "farthest": 0.4}}}"#,
-            r#"{"filter": {"interval": {"nearest": "NaN", "farthest": 1}}}"#,
-            // No point is so near to every vertex, nor so far.
-            r#"{"filter": {"interval": {"farthest": 0.01}}}"#,
-            r#"{"filter": {"interval": {"nearest": 5, "farthest": 9}}}"#,
-            r#"{"filter": {"keepAtLeast": {"within": -1}}}"#,
-            r#"{"filter": {"keepAtLeast": {"within": "Infinity"}}}"#,
-            // So wide that the points cannot be told apart.
-            r#"{"rule": {"radialBasis": {"function": "RADIAL_FUNCTION_GAUSSIAN", "scale": 100}}}"#,
-        ] {
-            refused(&server, scene(mapping), "MAPPING_REFUSED", "scene.mapping").await;
+        for (field, mapping) in REFUSED {
+            let field = format!("scene.mapping.{field}");
+            refused(&server, scene(mapping), "MAPPING_REFUSED", &field).await;
         }
         let unknown = |kind| {
             let mut scene = scene("{}");

@@ -46,7 +46,10 @@ fn inverse_square() -> Option<Weighting> {
         ..DistanceWeighting::default()
     };
     let kind = Some(weighting::Kind::Distance(distance));
-    Some(Weighting { kind })
+    Some(Weighting {
+        kind,
+        ..Weighting::default()
+    })
 }
 
 #[test]
@@ -321,10 +324,12 @@ fn refusals() -> Vec<(UpdateMappingRequest, &'static str, &'static str)> {
         let kind = Some(weighting::Kind::Distance(DistanceWeighting {
             kernel,
             scale,
-            ..DistanceWeighting::default()
         }));
         Mapping {
-            weighting: Some(Weighting { kind }),
+            weighting: Some(Weighting {
+                kind,
+                ..Weighting::default()
+            }),
             ..rigid()
         }
     };
@@ -337,7 +342,11 @@ fn refusals() -> Vec<(UpdateMappingRequest, &'static str, &'static str)> {
             "update_mask",
         ),
         (change(nobody), "LABEL_UNKNOWN", "mapping.points[1]"),
-        (change(scaled(0, -1.0)), "MAPPING_REFUSED", "mapping"),
+        (
+            change(scaled(0, -1.0)),
+            "MAPPING_REFUSED",
+            "mapping.weighting.distance.scale",
+        ),
         (
             change(scaled(99, 1.0)),
             "ENUM_UNKNOWN",

@@ -65,22 +65,18 @@ impl World {
             true => body(grid, &mut points.warnings)?,
             false => (grid, None),
         };
-        let rest = Rest {
-            version: 0,
-            labels: points.labels,
-            present: (points.states.iter())
-                .map(|state| *state != PointState::Absent)
-                .collect(),
-            points: points.rest,
-            vertices: grid.positions,
-        };
+        let cells = Arc::new(grid.cells);
+        let seen = |state: &PointState| *state != PointState::Absent;
+        let present = points.states.iter().map(seen).collect();
+        let positions = grid.positions;
+        let rest = Rest::new(points.labels, points.rest, present, positions, &cells);
         let bound = rest.bind(mapping)?;
         let layout = Arc::new(Layout {
             epoch: 1,
             topology_version: 0,
-            hash: grid.cells.hash(),
+            hash: cells.hash(),
             dominant: bound.binding.dominant().to_vec(),
-            cells: grid.cells,
+            cells,
         });
         let rules = (!rules.is_empty())
             .then(|| Rules::new(rules, &rest, &bound.scale(&layout.cells, &rest)).map(Box::new));

@@ -19,7 +19,7 @@ pub struct Layout {
     /// [`Cells::hash`] of the cells.
     pub hash: u64,
     /// The cells.
-    pub cells: Cells,
+    pub cells: Arc<Cells>,
     /// For each vertex the point with the greatest weight.
     pub dominant: Vec<u32>,
 }

@@ -3,12 +3,14 @@
 
 mod blend;
 mod build;
+mod cells;
 mod change;
 mod digest;
 mod explain;
 mod frame;
 mod gauge;
 mod particles;
+mod refusal;
 mod rest;
 mod rule;
 mod rules;
@@ -22,9 +24,10 @@ pub use frame::{Doubt, Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use rule::{Action, Limits, Measure, Pairs, Region, Strain, TopologyRule};
 pub use scene::{
-    Bone, CellShape, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice, Mapping, MeshSource,
-    Motion, MotionSample, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
-    Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting,
+    Bone, CellShape, Cost, Dimension, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice,
+    Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths, Polynomial, RadialBasis,
+    RadialFunction, Recipe, Reference, Roots, Rule, Scene, SceneError, ShapeMatching, Start,
+    Tracking, UpAxis, Weighting,
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
 pub use sinew_particles::{

@@ -1,15 +1,19 @@
 //! The rest pose, and mappings bound to it.
 
+use std::sync::{Arc, OnceLock};
+
 use nalgebra::Vector3;
 use sinew_mapping::Binding;
-use sinew_mesh::Cells;
+use sinew_mesh::{Cells, Complex};
 use sinew_tearing::Patch;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    build::{kernel_refusal, refuse},
+    build::refuse,
+    cells::Asked,
     digest::Digest,
     gauge::Scale,
+    refusal::mapping_refusal,
     scene::{Mapping, SceneError},
 };
 
@@ -26,6 +30,9 @@ pub struct Rest {
     pub(crate) present: Vec<bool>,
     /// m
     pub(crate) vertices: Vec<Vector3<f64>>,
+    pub(crate) cells: Arc<Cells>,
+    /// Made when a mapping first asks for it.
+    pub(crate) complex: OnceLock<Complex>,
 }
 
 /// A mapping bound to a rest pose.
@@ -40,15 +47,35 @@ pub struct Bound {
 }
 
 impl Rest {
+    /// Before any change of the mesh. `points` are not read where not `present`.
+    pub(crate) fn new(
+        labels: Vec<String>,
+        points: Vec<Vector3<f64>>,
+        present: Vec<bool>,
+        vertices: Vec<Vector3<f64>>,
+        cells: &Arc<Cells>,
+    ) -> Self {
+        Self {
+            version: 0,
+            labels,
+            points,
+            present,
+            vertices,
+            cells: Arc::clone(cells),
+            complex: OnceLock::new(),
+        }
+    }
+
     /// Binds a mapping. This is the only validation of one: what binds, poses.
     ///
     /// # Errors
     /// [`SceneError`], whose field is below `scene.mapping`.
     pub fn bind(&self, mapping: Mapping) -> Result<Bound, SceneError> {
         let usable = self.usable(&mapping)?;
-        let binding =
-            sinew_mapping::bind(&self.vertices, &self.points, &usable, &mapping.recipe)
-                .map_err(|error| kernel_refusal("MAPPING_REFUSED", "scene.mapping", &error))?;
+        let asked = Asked::new(self, &mapping)?;
+        let mesh = asked.mesh(&self.vertices);
+        let binding = sinew_mapping::bind_mesh(&mesh, &self.points, &usable, &mapping.recipe)
+            .map_err(|error| mapping_refusal(&mapping, &error))?;
         Ok(Bound {
             binding,
             version: self.version,
@@ -56,6 +83,12 @@ impl Rest {
             fingerprint: xxh3_64(format!("{mapping:?}").as_bytes()),
             mapping,
         })
+    }
+
+    /// The cells of every dimension.
+    pub(crate) fn complex(&self) -> &Complex {
+        let cells = || Complex::new(Arc::clone(&self.cells), self.vertices.len());
+        self.complex.get_or_init(cells)
     }
 
     /// Which points may drive the mesh.

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 pub use sinew_mapping::{
-    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
-    Reference, Rule, ShapeMatching, Weighting,
+    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
+    RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
 };
 use sinew_mesh::Grid;
 use sinew_particles::SystemSpec;

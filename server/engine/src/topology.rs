@@ -1,9 +1,9 @@
 //! Changes of the mesh: from what is asked to what came of it.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
-use sinew_mesh::Grid;
+use sinew_mesh::{Cells, Grid};
 use sinew_tearing::{Answer, Body, BodyError, Done, Effect, Patch, Request, View};
 
 use crate::{
@@ -103,7 +103,7 @@ impl World {
     fn body(&self) -> Result<Topology, EditError> {
         let (body, _) = Body::new(Grid {
             positions: self.rest.vertices.clone(),
-            cells: self.layout.cells.clone(),
+            cells: Cells::clone(&self.layout.cells),
         })?;
         if body.hash() != self.layout.hash || body.rest().len() != self.rest.vertices.len() {
             return Err(EditError::NoManifold);
@@ -181,8 +181,15 @@ impl World {
         for &vertex in &patch.cells.connectivity {
             topology.changed_at[vertex as usize] = Some(step);
         }
+        let cells = self
+            .layout
+            .cells
+            .patched(&patch.slots, &patch.cells, vertices);
+        let cells = Arc::new(cells.expect("the body's patches fit its cells"));
         let rest = Arc::new(Rest {
             version: body.version(),
+            cells: Arc::clone(&cells),
+            complex: OnceLock::new(),
             vertices: body.rest().to_vec(),
             ..Rest::clone(&self.rest)
         });
@@ -190,11 +197,6 @@ impl World {
         if let Some(blend) = &mut self.blend {
             blend.follow(&rest, patch)?;
         }
-        let cells = self
-            .layout
-            .cells
-            .patched(&patch.slots, &patch.cells, vertices);
-        let cells = cells.expect("the body's patches fit its cells");
         if let Some(rules) = &mut self.rules {
             rules.follow(
                 patch,

@@ -196,7 +196,7 @@ impl World {
             epoch,
             topology_version,
             hash,
-            cells: cells.clone(),
+            cells: Arc::clone(cells),
             dominant,
         });
         let left = std::mem::replace(&mut self.bound, bound);

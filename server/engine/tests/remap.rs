@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    ExternalPoints, Filter, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe, Reference,
+    ExternalPoints, Filter, Mapping, MeshSource, Motion, MotionSample, Recipe, Reference,
     RemapError, Rule, Scene, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::shapes;
@@ -17,11 +17,7 @@ fn points() -> Vec<Vector3<f64>> {
 }
 
 fn mapping(label: &str) -> Mapping {
-    let weighting = Weighting::Distance {
-        kernel: Kernel::Gaussian,
-        scale: None,
-        coefficients: Vec::new(),
-    };
+    let weighting = Weighting::default();
     Mapping {
         recipe: Recipe {
             weighting,

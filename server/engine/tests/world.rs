@@ -3,9 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use sinew_engine::{
-    CellShape, Elastic, ExternalPoints, Filter, Fit, Kernel, Lattice, LinkLaw, Links, Mapping,
-    MeshSource, Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError,
-    ShapeMatching, StepError, SystemSpec, Tracking, UpAxis, Weighting, World,
+    CellShape, Elastic, ExternalPoints, Filter, Fit, Lattice, LinkLaw, Links, Mapping, MeshSource,
+    Motion, MotionSample, PointState, Recipe, Reference, Rule, Scene, SceneError, ShapeMatching,
+    StepError, SystemSpec, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
 
@@ -27,11 +27,7 @@ fn corners() -> ExternalPoints {
 }
 
 fn mapping(rule: Rule) -> Mapping {
-    let weighting = Weighting::Distance {
-        kernel: Kernel::Gaussian,
-        scale: None,
-        coefficients: Vec::new(),
-    };
+    let weighting = Weighting::default();
     let recipe = Recipe {
         weighting,
         filter: Filter::KeepK(4),

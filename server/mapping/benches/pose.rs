@@ -8,7 +8,7 @@ use std::time::Instant;
 use criterion::{Criterion, Throughput};
 use nalgebra::{Rotation3, Vector3};
 use sinew_mapping::{
-    Binding, Filter, Fit, Kernel, Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Rule,
+    Binding, Filter, Fit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Rule,
     ShapeMatching, Weighting, bind,
 };
 
@@ -31,11 +31,7 @@ fn scattered(n: usize, start: f64) -> Vec<Vector3<f64>> {
 
 fn recipe(rule: Rule) -> Recipe {
     Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: match rule {
             Rule::RadialBasis(_) => Filter::KeepK(POINTS),
             Rule::Barycentric => Filter::KeepK(4 * KEPT),

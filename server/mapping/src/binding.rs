@@ -1,15 +1,15 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::compile::{Compiler, Operator, Previous};
-use crate::distance::{nearest, scaled, spacing};
-use crate::filter::filter;
+use crate::distance::spacing;
+use crate::targets::Mesh;
 use crate::{Fit, MappingError, RadialBasis, Recipe, Reference, Rule, ShapeMatching, Weighting};
 
 /// The most pairs of vertex and point that a binding holds: 1.6 GB of them.
 pub const MAX_INFLUENCES: usize = 1 << 27;
 
 /// Coordinates and scales up to this have finite squares, and so have their quotients.
-const LARGEST: f64 = 1e100;
+pub(crate) const LARGEST: f64 = 1e100;
 
 /// Distances times coefficients up to this still have finite squares.
 const LARGEST_COEFFICIENT: f64 = 1e30;
@@ -23,51 +23,60 @@ pub struct Binding {
     previous: Option<Previous>,
 }
 
-/// Binds vertices to points at rest.
+/// Binds vertices to points at rest, by their distances alone.
 ///
 /// * `vertices`, `points` – positions at rest, m, world frame.
 /// * `usable` – one per point; where `false`, the point has no rest position, its entry in `points` is not read, and it
 ///   drives nothing.
 ///
 /// # Errors
-/// No usable point; slices that do not match; a coordinate that is not finite or beyond 1e100 m; a scale, a
-/// coefficient, a filter or a rule that means nothing; more pairs than [`MAX_INFLUENCES`]; vertices whose points leave a
-/// rule without an answer: none, or in a plane for [`Rule::Barycentric`], too many or hardly apart for
-/// [`Rule::RadialBasis`].
+/// As [`bind_mesh`].
+///
+/// # Panics
+/// If the recipe asks for cells of the mesh.
 pub fn bind(
     vertices: &[Vector3<f64>],
     points: &[Vector3<f64>],
     usable: &[bool],
     recipe: &Recipe,
 ) -> Result<Binding, MappingError> {
+    bind_mesh(&Mesh::of_vertices(vertices), points, usable, recipe)
+}
+
+/// Binds the vertices of a mesh to points at rest. Points as in [`bind`].
+///
+/// # Errors
+/// No usable point; slices that do not match; a coordinate that is not finite or beyond 1e100 m; a scale, a
+/// coefficient, paths, a filter or a rule that mean nothing; more pairs than [`MAX_INFLUENCES`]; targets that no point
+/// reaches or that keep none, and vertices without targets; vertices whose points leave a rule without an answer: in a
+/// plane for [`Rule::Barycentric`], too many or hardly apart for [`Rule::RadialBasis`].
+///
+/// # Panics
+/// If the mesh does not tell what the recipe asks for.
+pub fn bind_mesh(
+    mesh: &Mesh<'_>,
+    points: &[Vector3<f64>],
+    usable: &[bool],
+    recipe: &Recipe,
+) -> Result<Binding, MappingError> {
     let usable = usable_points(points, usable)?;
-    for (index, vertex) in vertices.iter().enumerate() {
-        check_coordinates("vertex", index, vertex)?;
-    }
-    let Weighting::Distance {
+    mesh.check(&recipe.weighting)?;
+    let vertices = mesh.vertices;
+    let Weighting {
         kernel,
         scale,
         ref coefficients,
+        ..
     } = recipe.weighting;
     check_coefficients(coefficients, points.len())?;
     check_rule(&recipe.rule)?;
-    let demand = match (recipe.filter.demand()?, &coefficients[..]) {
-        (demand, []) => demand,
-        _ => usize::MAX, // the nearest need not be the least
+    recipe.filter.check()?;
+    let given_scale = resolve_scale(scale, 1.0, points, &usable)?;
+    let (distances, typical) = mesh.kept(points, &usable, recipe)?; // [W1], [W6] to [W8], [F1] to [F5]
+    let scale = match (scale, typical) {
+        (None, Some(typical)) => typical, // [W9]
+        (Some(_), _) | (None, None) => given_scale,
     };
-    let kept = demand.min(usable.len());
-    if vertices.len() > MAX_INFLUENCES / kept {
-        let vertices = vertices.len();
-        return Err(MappingError::TooLarge { vertices, kept });
-    }
-
-    let scale = resolve_scale(scale, 1.0, points, &usable)?;
-    let distances = nearest(vertices, points, &usable, demand); // [W1]
-    let distances = match &coefficients[..] {
-        [] => distances,
-        coefficients => scaled(distances, coefficients), // [W6]
-    };
-    let distances = filter(distances, recipe.filter)?; // [F1] to [F3]
     let reach = if let Rule::RadialBasis(basis) = recipe.rule {
         resolve_scale(basis.scale, basis.function.reach(), points, &usable)?
     } else {
@@ -255,7 +264,10 @@ impl Binding {
 }
 
 /// The indices of the usable points, rising.
-fn usable_points(points: &[Vector3<f64>], usable: &[bool]) -> Result<Vec<u32>, MappingError> {
+pub(crate) fn usable_points(
+    points: &[Vector3<f64>],
+    usable: &[bool],
+) -> Result<Vec<u32>, MappingError> {
     check_length("entries of `usable`", usable.len(), points.len())?;
     let mut indices = Vec::new();
     for (index, (point, _)) in (0_u32..)
@@ -272,7 +284,7 @@ fn usable_points(points: &[Vector3<f64>], usable: &[bool]) -> Result<Vec<u32>, M
     Ok(indices)
 }
 
-fn check_coefficients(coefficients: &[f64], points: usize) -> Result<(), MappingError> {
+pub(crate) fn check_coefficients(coefficients: &[f64], points: usize) -> Result<(), MappingError> {
     if coefficients.is_empty() {
         return Ok(());
     }
@@ -328,7 +340,11 @@ fn resolve_scale(
     }
 }
 
-fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), MappingError> {
+pub(crate) fn check_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), MappingError> {
     if found == expected {
         return Ok(());
     }
@@ -339,7 +355,7 @@ fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(),
     })
 }
 
-fn check_coordinates(
+pub(crate) fn check_coordinates(
     what: &'static str,
     index: usize,
     position: &Vector3<f64>,

@@ -8,8 +8,8 @@ use crate::linear::Linear;
 use crate::shape::Shape;
 use crate::weights::{alike, for_fits, nearest_alone, normalise};
 use crate::{
-    Fit, FitWeights, Kernel, MappingError, MovingFit, Rule, ShapeMatching, Weighting, barycentric,
-    moving, rbf,
+    Dimension, Fit, FitWeights, Kernel, MappingError, Metric, MovingFit, Rule, ShapeMatching,
+    Weighting, barycentric, moving, rbf,
 };
 
 /// What a recipe compiles to.
@@ -133,10 +133,11 @@ impl Previous {
             vertices,
             points,
         } = self;
-        let distances = match weighting {
-            Weighting::Distance { coefficients, .. } => {
-                kept.measured_at(vertices, points, coefficients)
+        let distances = match (&weighting.metric, weighting.targets) {
+            (Metric::Straight, Dimension::Vertex) => {
+                kept.measured_at(vertices, points, &weighting.coefficients)
             }
+            (Metric::Straight, _) | (Metric::Paths(_), _) => kept.clone(),
         };
         compiler.compile(vertices, points, distances)
     }

@@ -25,6 +25,18 @@ impl Distances {
         row.partition_point(|&squared| squared < f64::INFINITY)
     }
 
+    /// How many rows there are.
+    pub(crate) fn len(&self) -> usize {
+        self.points.len() / self.stride
+    }
+
+    /// The rows without a point in reach, rising.
+    pub(crate) fn empty(&self) -> Vec<usize> {
+        let first = self.squared.iter().step_by(self.stride).enumerate();
+        let empty = first.filter(|(_, squared)| **squared == f64::INFINITY);
+        empty.map(|(row, _)| row).collect()
+    }
+
     /// The same points in the same order, at the distances that they have here; what is out of reach stays so.
     /// `coefficients` as in [`scaled`], or none. `[M16]`
     pub(crate) fn measured_at(

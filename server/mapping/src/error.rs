@@ -1,4 +1,4 @@
-use crate::{MAX_BASIS, MAX_INFLUENCES, Polynomial, RadialFunction};
+use crate::{Dimension, MAX_BASIS, MAX_INFLUENCES, Polynomial, RadialFunction};
 
 /// Vertices named in one refusal; more are counted.
 const NAMED: usize = 8;
@@ -69,14 +69,60 @@ pub enum MappingError {
         /// The bound, m.
         within: f64,
     },
-    /// Vertices for which the filter leaves no point.
+    /// Targets that no point reaches.
+    #[error(
+        "no point reaches {}: give each part of the mesh a point or a root in it, or weights by distance",
+        named(*targets, cells)
+    )]
+    Unreached {
+        /// What they are.
+        targets: Dimension,
+        /// Their indices, rising.
+        cells: Vec<usize>,
+    },
+    /// Targets for which the filter leaves no point.
     #[error(
         "no point is left for {}: widen the filter, or keep at least one point whatever its distance",
-        named(vertices)
+        named(*targets, cells)
     )]
     KeepsNoneAt {
+        /// What they are.
+        targets: Dimension,
+        /// Their indices, rising.
+        cells: Vec<usize>,
+    },
+    /// Targets whose points lie in a plane, where the filter keeps four that span a volume.
+    #[error(
+        "no four points span a volume at {}: let more points through before this filter, or keep them by number",
+        named(*targets, cells)
+    )]
+    SpansNone {
+        /// What they are.
+        targets: Dimension,
+        /// Their indices, rising.
+        cells: Vec<usize>,
+    },
+    /// Vertices without a target, and so without points.
+    #[error(
+        "there is no {} at {}: choose vertices as targets, or take these away",
+        name(*targets), named(Dimension::Vertex, vertices)
+    )]
+    NoTargets {
+        /// What the targets are.
+        targets: Dimension,
         /// The vertices, rising.
         vertices: Vec<usize>,
+    },
+    /// Paths from cells to cells of the same kind, where those of another have to join them.
+    #[error(
+        "the arcs are of the same dimension as the targets: choose cells of another to join them"
+    )]
+    Arcs,
+    /// A radius that is none.
+    #[error("the radius of the ball is {radius} m: give one above 0, at most 1e100")]
+    Radius {
+        /// The radius, m.
+        radius: f64,
     },
     /// More pairs of vertex and point than a binding may hold.
     #[error(
@@ -97,7 +143,7 @@ pub enum MappingError {
     /// Vertices whose points lie in a plane, where a volume is needed.
     #[error(
         "no four of the points kept span a volume at {}: keep more points, or use shape matching, which needs no volume",
-        named(vertices)
+        named(Dimension::Vertex, vertices)
     )]
     Flat {
         /// The vertices, rising.
@@ -157,12 +203,28 @@ pub enum MappingError {
     },
 }
 
-fn named(vertices: &[usize]) -> String {
-    let list: Vec<String> = vertices.iter().take(NAMED).map(usize::to_string).collect();
+fn name(cell: Dimension) -> &'static str {
+    match cell {
+        Dimension::Vertex => "vertex",
+        Dimension::Edge => "edge",
+        Dimension::Face => "face",
+        Dimension::Volume => "volume",
+    }
+}
+
+fn named(kind: Dimension, cells: &[usize]) -> String {
+    let list: Vec<String> = cells.iter().take(NAMED).map(usize::to_string).collect();
     let list = list.join(", ");
-    match vertices.len() {
-        1 => format!("vertex {list}"),
-        n if n <= NAMED => format!("vertices {list}"),
-        n => format!("{n} vertices, {list}, …"),
+    let one = name(kind);
+    let many = match kind {
+        Dimension::Vertex => "vertices",
+        Dimension::Edge => "edges",
+        Dimension::Face => "faces",
+        Dimension::Volume => "volumes",
+    };
+    match cells.len() {
+        1 => format!("{one} {list}"),
+        n if n <= NAMED => format!("{many} {list}"),
+        n => format!("{n} {many}, {list}, …"),
     }
 }

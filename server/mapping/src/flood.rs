@@ -7,7 +7,7 @@ use crate::blocks::BLOCK;
 use crate::buckets::{Buckets, Entry};
 
 /// In place of a source, where a node has fewer than are asked for.
-const NOBODY: u32 = u32::MAX;
+pub(crate) const NOBODY: u32 = u32::MAX;
 
 /// Rows up to this are sorted by insertion.
 const SHORT: usize = 16;

@@ -8,8 +8,9 @@ use serde_json::Value;
 
 use crate::clusters::{Clusters, cluster};
 use crate::distance::{Distances, nearest, scaled};
+use crate::filter::Surroundings;
 use crate::shape::Shape;
-use crate::{Filter, Fit, Kernel, MappingError, barycentric, filter, weights};
+use crate::{Dimension, Filter, Fit, Kernel, MappingError, barycentric, filter, weights};
 
 fn cases(text: &str) -> Vec<Value> {
     let golden: Value = serde_json::from_str(text).unwrap();
@@ -68,16 +69,23 @@ fn distances_agree_with_the_golden() {
     }
 }
 
+const AROUND: Surroundings<'static> = Surroundings {
+    targets: Dimension::Vertex,
+    points: &[],
+    holding: None,
+};
+
 /// The fifth vertex of the golden has no point in reach, and is named.
 fn agrees(case: &Value, choice: Filter) -> Distances {
     let given = distances(&case["in"]["W"]);
-    let kept = filter::select(given.clone(), choice);
+    let kept = filter::select(given.clone(), &choice, &AROUND);
     assert_eq!(serde_json::json!(sets(&kept)), case["out"]["sets"]);
-    let refusal = filter::filter(given, choice).unwrap_err();
+    let refusal = filter::filter(given, &choice, &AROUND).unwrap_err();
     let sets = case["out"]["sets"].as_array().unwrap();
     let empty = |&vertex: &usize| sets[vertex].as_array().unwrap().is_empty();
-    let vertices = (0..sets.len()).filter(empty).collect();
-    assert_eq!(refusal, MappingError::KeepsNoneAt { vertices });
+    let cells = (0..sets.len()).filter(empty).collect();
+    let targets = Dimension::Vertex;
+    assert_eq!(refusal, MappingError::KeepsNoneAt { targets, cells });
     kept
 }
 
@@ -107,6 +115,22 @@ fn filters_and_clusters_agree_with_the_golden() {
     for (set, expected) in sets(&distances(&four["in"]["W"])).iter().zip(expected) {
         let found = barycentric::four(set, &points);
         let expected: Option<[u32; 4]> = expected.try_into().ok(); // fewer than 4 span no volume
+        assert_eq!(found, expected);
+    }
+
+    let fours = filter::select(
+        distances(&four["in"]["W"]),
+        &Filter::FourSpanning { within: 0.0 },
+        &Surroundings {
+            points: &points,
+            ..AROUND
+        },
+    );
+    let spanning: Vec<Vec<u32>> = serde_json::from_value(four["out"]["sets"].clone()).unwrap();
+    for (found, mut expected) in sets(&fours).into_iter().zip(spanning) {
+        if expected.len() < 4 {
+            expected.clear(); // keeps none rather than too few
+        }
         assert_eq!(found, expected);
     }
 

@@ -4,8 +4,10 @@
 //! Each stage is a function from the value before it to a new value, in a file of its own:
 //!
 //! ```text
-//! distance   how far each vertex is from its points            [W1], [W6]
-//! filter     which of them it keeps                            [F1] to [F3]
+//! targets    the cells that have distances and keep points, and the points of each vertex that follow [W8]
+//! distance   how far each target is straight from its points   [W1], [W6]
+//! flood      how far along paths over the mesh                 [W7], [W9], [W10]
+//! filter     which points it keeps                             [F1] to [F5]
 //! clusters   which vertices keep the same points               [C1]
 //! weights    how strongly each kept point acts                 [W2] to [W5]
 //! operator   all of it compiled: a linear map [M1], [M5] to [M7], [M10], [M14], or one motion per cluster [M2] to [M4],
@@ -22,7 +24,7 @@
 //! let points = [Vector3::zeros(), Vector3::new(2.0, 0.0, 0.0)];
 //! let vertices = [Vector3::new(1.0, 0.0, 0.0)];
 //! let recipe = Recipe {
-//!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None, coefficients: Vec::new() },
+//!     weighting: Weighting { kernel: Kernel::Gaussian, ..Weighting::default() },
 //!     filter: Filter::KeepK(8),
 //!     rule: Rule::WeightedMean,
 //!     reference: Reference::Initial,
@@ -53,19 +55,23 @@ mod goldens;
 mod graph;
 mod linear;
 mod moving;
+mod paths;
 mod quadratic;
 mod rbf;
 mod recipe;
+mod roots;
 mod rotation;
 mod shape;
+mod targets;
 mod weights;
 
-pub use binding::{Binding, MAX_INFLUENCES, bind};
+pub use binding::{Binding, MAX_INFLUENCES, bind, bind_mesh};
 pub use error::MappingError;
 pub use flood::{Flood, Nearest, Root};
 pub use graph::{Graph, Rows};
 pub use rbf::MAX_BASIS;
 pub use recipe::{
-    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
-    Reference, Rule, ShapeMatching, Weighting,
+    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
+    RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
 };
+pub use targets::{Cells, Mesh, distances};

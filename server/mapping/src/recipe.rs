@@ -20,58 +20,146 @@ pub enum Reference {
     #[default]
     Initial,
     /// The last pose: weights, fits and systems are made anew each step from where vertices and points were in the step
-    /// before. Errors add up from step to step. A rule whose weights do not depend on where anything is (direct, mean,
+    /// before; distances along paths, and from targets other than vertices, stay as they were at rest. Errors add up from step to step. A rule whose weights do not depend on where anything is (direct, mean,
     /// barycentric) gives the same as from the rest pose and costs no more.
     Previous,
 }
 
-/// How strongly a point acts on a vertex.
+/// How strongly a point acts on a cell of the mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Weighting {
+    /// What a distance is.
+    pub metric: Metric,
+    /// The cells that have distances, to which filters give points. A vertex follows all points that its cells keep, each
+    /// at the least of its distances from them. `[W8]`
+    pub targets: Dimension,
+    /// The law of weight against distance.
+    pub kernel: Kernel,
+    /// Its length scale, > 0, in m, or in the unit of the costs of [`Metric::Paths`]. `None` for the mean distance of a
+    /// usable point to its nearest neighbour elsewhere, or 1 m where all points share one place (no scale makes a
+    /// difference then) `[W5]`; of paths, for the mean distance of a target to its nearest point, or 1 where all are
+    /// on one. `[W9]`
+    pub scale: Option<f64>,
+    /// By what each point's distances are multiplied, before filters see them: a point with a great one acts less. One per
+    /// point, 0 to 1e30; empty for 1 each. `[W6]`
+    pub coefficients: Vec<f64>,
+}
+
+/// How many dimensions a cell of the mesh has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Dimension {
+    /// A vertex.
+    #[default]
+    Vertex,
+    /// An edge between two vertices.
+    Edge,
+    /// A face of a volume, or a surface cell.
+    Face,
+    /// A cell that encloses a volume.
+    Volume,
+}
+
+/// What the distance between a point and a cell is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Metric {
+    /// From the point straight to the mean of the cell's vertices, at rest. `[W1]`
+    #[default]
+    Straight,
+    /// Along the cheapest path over the mesh. `[W7]`
+    Paths(Paths),
+}
+
+/// Paths from a point over the targets of a weighting, from one to the next if an arc joins them. `[W7]`
 #[derive(Clone, Debug, PartialEq)]
-pub enum Weighting {
-    /// By distance at rest. `[W1]`
-    Distance {
-        /// The law.
-        kernel: Kernel,
-        /// Length scale, m, > 0; `None` for the mean distance of a usable point to its nearest neighbour elsewhere, or
-        /// 1 m where all points share one place (no scale makes a difference then). `[W5]`
-        scale: Option<f64>,
-        /// By what each point's distances are multiplied, before filters see them: a point with a great one acts less.
-        /// One per point, 0 to 1e30; empty for 1 each. `[W6]`
-        coefficients: Vec<f64>,
-    },
+pub struct Paths {
+    /// The cells that join two targets: those that bound both, or that both bound. Not the dimension of the targets.
+    pub arcs: Dimension,
+    /// Where the paths of a point start.
+    pub roots: Roots,
+    /// How far a root is from its point.
+    pub start: Start,
+    /// What an arc costs.
+    pub cost: Cost,
+}
+
+/// The targets from which the paths of a point start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Roots {
+    /// The nearest; all of them, where others are as near to a relative 10⁻⁹.
+    Nearest,
+    /// All of the volumes that hold the point; the nearest, where none does.
+    Containing,
+    /// All at a distance of at most so many m, > 0; none, if there are none.
+    Ball(f64),
+}
+
+/// How far a root is from its point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Not at all: paths count from the roots.
+    Zero,
+    /// As far as straight, in m.
+    Distance,
+}
+
+/// What an arc between two targets costs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cost {
+    /// 1: a distance is a number of steps.
+    Hops,
+    /// The distance between their means, m.
+    Length,
+    /// The mean of their sizes over the mean volume; the size of a target that encloses no volume is the mean of those
+    /// that it bounds.
+    Volume,
+    /// Its length plus so many m, 0 to 1e100, for each radian by which the surface turns from one to the other: floods
+    /// keep to flat parts. Inside the mesh nothing turns. `[W10]`
+    Curvature(f64),
+    /// The mean of both in this column, one per target, 0 to 1e100.
+    Column(Vec<f64>),
 }
 
 /// A law of weight against distance r with length scale s.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kernel {
     /// exp(−(r/s)²/2) `[W2]`
+    #[default]
     Gaussian,
     /// (s/r)² `[W3]`; the scale cancels when the weights are divided by their sum. A vertex on a point follows that point
     /// alone, or the mean of the points it is on.
     InverseSquare,
 }
 
-/// Which points each vertex keeps.
+/// Which points each target keeps.
 ///
-/// Every vertex has to keep one at least.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Every target has to keep one at least.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Filter {
     /// The k with the greatest weights, k ≥ 1; ties go to the lower index; all, if there are fewer than k. `[F1]`
     KeepK(usize),
-    /// Those at a distance, times their coefficient, from `nearest` to `farthest`, m, both included. `[F2]`
+    /// Those at a distance, times their coefficient, from `nearest` to `farthest`, both included. `[F2]`
     Interval {
-        /// m, ≥ 0
+        /// In the unit of the distances, ≥ 0.
         nearest: f64,
-        /// m, no less than `nearest`.
+        /// No less than `nearest`.
         farthest: f64,
     },
     /// Those at a distance, times their coefficient, of at most `within`, and as many more as make k, the nearest first. `[F3]`
     KeepAtLeast {
         /// ≥ 1
         k: usize,
-        /// m, ≥ 0, included.
+        /// In the unit of the distances, ≥ 0, included.
         within: f64,
     },
+    /// Those in a volume that the target bounds, or is. `[F4]`
+    InVolume,
+    /// The nearest four that span a volume, and all at a distance, times their coefficient, of at most `within`. `[F5]`
+    FourSpanning {
+        /// In the unit of the distances, ≥ 0; 0 for none but the four.
+        within: f64,
+    },
+    /// Those that all of these keep, each of what the one before it has kept.
+    Sequence(Vec<Filter>),
 }
 
 /// How the kept points move the vertex.

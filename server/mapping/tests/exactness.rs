@@ -4,8 +4,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_mapping::{
-    Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
-    Reference, Rule, ShapeMatching, Weighting, bind,
+    Filter, Fit, FitWeights, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
+    Rule, ShapeMatching, Weighting, bind,
 };
 
 type Field = fn(&Vector3<f64>) -> Vector3<f64>;
@@ -93,11 +93,7 @@ fn rules() -> Vec<(Rule, usize)> {
 
 fn recipe(rule: Rule) -> Recipe {
     Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: Filter::KeepK(usize::MAX),
         rule,
         reference: Reference::Initial,

@@ -37,20 +37,16 @@ fn radial(case: &Value) -> Rule {
 
 fn recipe(case: &Value) -> Recipe {
     let of = |rule| Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: Filter::KeepK(usize::MAX),
         rule,
         reference: Reference::Initial,
     };
     let weighted = |kernel, scale| Recipe {
-        weighting: Weighting::Distance {
+        weighting: Weighting {
             kernel,
             scale: Some(scale),
-            coefficients: Vec::new(),
+            ..Weighting::default()
         },
         ..of(Rule::WeightedMean)
     };

@@ -5,8 +5,8 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use sinew_mapping::{
-    Binding, Filter, Fit, FitWeights, Kernel, MAX_BASIS, MappingError, MovingFit, Polynomial,
-    RadialBasis, RadialFunction, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
+    Binding, Filter, Fit, FitWeights, MAX_BASIS, MappingError, MovingFit, Polynomial, RadialBasis,
+    RadialFunction, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
 };
 
 fn basis(function: RadialFunction, scale: Option<f64>) -> Rule {
@@ -47,11 +47,7 @@ fn bound(
     points: &[Vector3<f64>],
 ) -> Result<Binding, MappingError> {
     let recipe = Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: Filter::KeepK(usize::MAX),
         rule,
         reference: Reference::Initial,

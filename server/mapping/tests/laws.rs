@@ -10,10 +10,10 @@ use sinew_mapping::{
 
 fn recipe(kernel: Kernel, scale: Option<f64>, k: usize, rule: Rule) -> Recipe {
     Recipe {
-        weighting: Weighting::Distance {
+        weighting: Weighting {
             kernel,
             scale,
-            coefficients: Vec::new(),
+            ..Weighting::default()
         },
         filter: Filter::KeepK(k),
         rule,
@@ -372,10 +372,10 @@ fn a_set_that_passes_through_a_line_keeps_its_last_twist() {
 fn a_coefficient_multiplies_the_distances_that_filter_and_kernel_see() {
     let points = [Vector3::zeros(), 3.0 * Vector3::x(), 4.0 * Vector3::y()];
     let bound = |coefficients: [f64; 3], k| {
-        let weighting = Weighting::Distance {
+        let weighting = Weighting {
             kernel: Kernel::InverseSquare,
-            scale: None,
             coefficients: coefficients.to_vec(),
+            ..Weighting::default()
         };
         let recipe = Recipe {
             weighting,

@@ -4,8 +4,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use sinew_mapping::{
-    Binding, Filter, Fit, FitWeights, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction,
-    Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
+    Binding, Filter, Fit, FitWeights, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe,
+    Reference, Rule, ShapeMatching, Weighting, bind,
 };
 
 const CUBIC: Rule = Rule::RadialBasis(RadialBasis {
@@ -57,11 +57,7 @@ impl Case {
     fn new(rule: Rule, reference: Reference) -> Self {
         let (points, vertices) = (scattered(40, 0.5), scattered(50, 0.1));
         let recipe = Recipe {
-            weighting: Weighting::Distance {
-                kernel: Kernel::Gaussian,
-                scale: None,
-                coefficients: Vec::new(),
-            },
+            weighting: Weighting::default(),
             filter: Filter::KeepK(12),
             rule,
             reference,

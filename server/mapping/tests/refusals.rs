@@ -2,15 +2,14 @@
 
 use nalgebra::Vector3;
 use sinew_mapping::{
-    Filter, Fit, Kernel, MappingError, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
+    Dimension, Filter, Fit, MappingError, Recipe, Reference, Rule, ShapeMatching, Weighting, bind,
 };
 
 fn recipe(scale: Option<f64>, k: usize) -> Recipe {
     Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
+        weighting: Weighting {
             scale,
-            coefficients: Vec::new(),
+            ..Weighting::default()
         },
         filter: Filter::KeepK(k),
         rule: Rule::WeightedMean,
@@ -75,7 +74,13 @@ fn distances_that_are_none_are_refused_and_vertices_left_without_a_point_named()
     assert_eq!(error(none), MappingError::KeepsNone);
     let (nearest, farthest) = (0.0, 1.0);
     let error = error(Filter::Interval { nearest, farthest });
-    assert_eq!(error, MappingError::KeepsNoneAt { vertices: vec![2] });
+    assert_eq!(
+        error,
+        MappingError::KeepsNoneAt {
+            targets: Dimension::Vertex,
+            cells: vec![2]
+        }
+    );
     assert!(
         error
             .to_string()
@@ -87,10 +92,9 @@ fn distances_that_are_none_are_refused_and_vertices_left_without_a_point_named()
 fn coefficients_that_are_none_or_too_few_are_refused() {
     let x = [Vector3::zeros(), Vector3::x()];
     let error = |coefficients: &[f64]| {
-        let weighting = Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
+        let weighting = Weighting {
             coefficients: coefficients.to_vec(),
+            ..Weighting::default()
         };
         let recipe = Recipe {
             weighting,

@@ -2,8 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use sinew_mapping::{
-    Filter, Fit, Kernel, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference,
-    Rule, ShapeMatching, Weighting, bind,
+    Filter, Fit, MovingFit, Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Rule,
+    ShapeMatching, Weighting, bind,
 };
 
 fn scattered(n: usize) -> Vec<Vector3<f64>> {
@@ -39,11 +39,7 @@ fn bound_and_posed_bits_do_not_depend_on_the_number_of_threads() {
         .flat_map(|rule| references.map(|r| (rule, r)))
     {
         let recipe = Recipe {
-            weighting: Weighting::Distance {
-                kernel: Kernel::Gaussian,
-                scale: None,
-                coefficients: Vec::new(),
-            },
+            weighting: Weighting::default(),
             filter: Filter::KeepK(12),
             rule,
             reference,

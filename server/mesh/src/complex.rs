@@ -48,7 +48,7 @@ pub struct TooManyNeighbours {
 ///
 /// Vertices have the grid's numbers, and volumes are its cells that enclose one, in its order. Edges are ordered by their
 /// vertices, the lower one first; faces by theirs, ascending.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Complex {
     cells: Arc<Cells>,
     vertices: usize,
@@ -59,7 +59,7 @@ pub struct Complex {
     adjacent: [[OnceLock<Table>; 4]; 4],
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Faces {
     vertices: Table,
     /// The face that each side of a cell is: first those of volumes, then the surface cells, each by ascending cell.
@@ -189,8 +189,7 @@ impl Complex {
             .map(|cell| cell_volume(positions, &cell).abs())
             .collect();
         let mean = volumes.iter().sum::<f64>() / volumes.len() as f64;
-        // Also false for 0/0.
-        if !(mean > 0.0) {
+        if mean.is_nan() || mean <= 0.0 {
             return None;
         }
         volumes.iter_mut().for_each(|volume| *volume /= mean);
@@ -382,8 +381,12 @@ impl Table {
         items.truncate(kept);
     }
 
-    /// The rows that hold each of so many numbers, ascending.
-    fn transposed(&self, numbers: usize) -> Self {
+    /// The rows that hold each of so many numbers, ascending. All items have to be below that.
+    ///
+    /// # Panics
+    /// If one is not.
+    #[must_use]
+    pub fn transposed(&self, numbers: usize) -> Self {
         let rows = (0..).zip(self.starts.windows(2));
         let pairs = rows.flat_map(|(row, ends)| {
             let items = &self.items[ends[0] as usize..ends[1] as usize];

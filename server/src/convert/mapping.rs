@@ -1,8 +1,9 @@
 //! How the points drive the mesh.
 
 use sinew_engine::{
-    Filter, Fit, FitWeights, Kernel, Mapping, MovingFit, Polynomial, RadialBasis, RadialFunction,
-    Recipe, Reference, Rule, ShapeMatching, Weighting,
+    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Mapping, Metric, MovingFit, Paths,
+    Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start,
+    Weighting,
 };
 use sinew_proto::v1;
 
@@ -21,7 +22,7 @@ pub(crate) fn mapping(mapping: v1::Mapping) -> Result<Mapping> {
     };
     Ok(Mapping {
         recipe: Recipe {
-            weighting: weighting(mapping.weighting.and_then(|weighting| weighting.kind))?,
+            weighting: weighting(mapping.weighting.unwrap_or_default())?,
             filter: filter(mapping.filter.and_then(|filter| filter.kind), &rule),
             rule,
             reference: reference(mapping.reference)?,
@@ -39,23 +40,87 @@ fn reference(number: i32) -> Result<Reference> {
     )
 }
 
-fn weighting(kind: Option<v1::weighting::Kind>) -> Result<Weighting> {
-    let distance = match kind {
-        Some(v1::weighting::Kind::Distance(distance)) => distance,
-        None => v1::DistanceWeighting::default(),
+fn weighting(weighting: v1::Weighting) -> Result<Weighting> {
+    use v1::weighting::Kind;
+    const FIELD: &str = "scene.mapping.weighting";
+    let v1::Weighting {
+        kind,
+        coefficients,
+        targets,
+    } = weighting;
+    let targets = cells(targets, &format!("{FIELD}.targets"))?.unwrap_or_default();
+    let (metric, law, scale, name) = match kind {
+        None => (Metric::Straight, 0, 0.0, "distance"),
+        Some(Kind::Distance(distance)) => {
+            let v1::DistanceWeighting { kernel, scale } = distance;
+            (Metric::Straight, kernel, scale, "distance")
+        }
+        Some(Kind::Flood(flood)) => {
+            let (kernel, scale) = (flood.kernel, flood.scale);
+            let paths = paths(flood, targets, &format!("{FIELD}.flood"))?;
+            (Metric::Paths(paths), kernel, scale, "flood")
+        }
     };
-    let kernel =
-        match known::<v1::Kernel>(distance.kernel, "scene.mapping.weighting.distance.kernel")? {
-            v1::Kernel::Unspecified | v1::Kernel::Gaussian => Kernel::Gaussian,
-            v1::Kernel::InverseSquare => Kernel::InverseSquare,
-        };
-    Ok(Weighting::Distance {
-        kernel,
-        scale: given(distance.scale),
-        coefficients: reals(
-            distance.coefficients.as_ref(),
-            "scene.mapping.weighting.distance.coefficients",
-        )?,
+    Ok(Weighting {
+        metric,
+        targets,
+        kernel: kernel(law, &format!("{FIELD}.{name}.kernel"))?,
+        scale: given(scale),
+        coefficients: reals(coefficients.as_ref(), &format!("{FIELD}.coefficients"))?,
+    })
+}
+
+fn kernel(number: i32, field: &str) -> Result<Kernel> {
+    Ok(match known::<v1::Kernel>(number, field)? {
+        v1::Kernel::Unspecified | v1::Kernel::Gaussian => Kernel::Gaussian,
+        v1::Kernel::InverseSquare => Kernel::InverseSquare,
+    })
+}
+
+fn cells(number: i32, field: &str) -> Result<Option<Dimension>> {
+    Ok(match known::<v1::CellKind>(number, field)? {
+        v1::CellKind::Unspecified => None,
+        v1::CellKind::Vertex => Some(Dimension::Vertex),
+        v1::CellKind::Edge => Some(Dimension::Edge),
+        v1::CellKind::Face => Some(Dimension::Face),
+        v1::CellKind::Volume => Some(Dimension::Volume),
+    })
+}
+
+fn paths(flood: v1::FloodWeighting, targets: Dimension, field: &str) -> Result<Paths> {
+    use v1::flood_weighting::{Cost as GivenCost, Roots as GivenRoots};
+    let arcs = cells(flood.arcs, &format!("{field}.arcs"))?;
+    let cost = match flood.cost {
+        None | Some(GivenCost::Hops(_)) => Cost::Hops,
+        Some(GivenCost::Length(_)) => Cost::Length,
+        Some(GivenCost::Volume(_)) => Cost::Volume,
+        Some(GivenCost::Curvature(curvature)) => Cost::Curvature(curvature.metres_per_radian),
+        Some(GivenCost::Column(column)) => {
+            Cost::Column(reals(Some(&column), &format!("{field}.column"))?)
+        }
+    };
+    let start = match known::<v1::RootStart>(flood.start, &format!("{field}.start"))? {
+        v1::RootStart::Zero => Start::Zero,
+        v1::RootStart::Distance => Start::Distance,
+        v1::RootStart::Unspecified => match cost {
+            Cost::Length | Cost::Curvature(_) => Start::Distance,
+            Cost::Hops | Cost::Volume | Cost::Column(_) => Start::Zero,
+        },
+    };
+    Ok(Paths {
+        arcs: arcs.unwrap_or(match targets {
+            Dimension::Vertex => Dimension::Edge,
+            Dimension::Edge => Dimension::Vertex,
+            Dimension::Face => Dimension::Edge,
+            Dimension::Volume => Dimension::Face,
+        }),
+        roots: match flood.roots {
+            None | Some(GivenRoots::Nearest(_)) => Roots::Nearest,
+            Some(GivenRoots::Containing(_)) => Roots::Containing,
+            Some(GivenRoots::Ball(ball)) => Roots::Ball(ball.radius),
+        },
+        start,
+        cost,
     })
 }
 
@@ -81,6 +146,12 @@ fn filter(kind: Option<v1::filter::Kind>, rule: &Rule) -> Filter {
             k: count(k),
             within,
         },
+        Some(Kind::InVolume(_)) => Filter::InVolume,
+        Some(Kind::FourSpanning(v1::FourSpanning { within })) => Filter::FourSpanning { within },
+        Some(Kind::Sequence(sequence)) => {
+            let stages = sequence.filters.into_iter();
+            Filter::Sequence(stages.map(|stage| filter(stage.kind, rule)).collect())
+        }
         None => Filter::KeepK(default),
     }
 }

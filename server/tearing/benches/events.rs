@@ -14,7 +14,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use nalgebra::Vector3;
-use sinew_mapping::{Binding, Filter, Kernel, Recipe, Reference, Rule, Weighting, bind};
+use sinew_mapping::{Binding, Filter, Recipe, Reference, Rule, Weighting, bind};
 use sinew_mesh::shapes;
 use sinew_tearing::{Answer, Body, Outcome, Request, View};
 use sinew_topology::{Edge, Vertex, Volume, Walk};
@@ -37,11 +37,7 @@ fn scattered(n: usize) -> Vec<Vector3<f64>> {
 
 fn bound(body: &Body, points: &[Vector3<f64>], kept: usize) -> Binding {
     let recipe = Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: Filter::KeepK(kept),
         rule: Rule::WeightedMean,
         reference: Reference::Initial,

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use nalgebra::Vector3;
-//! use sinew_mapping::{bind, Filter, Kernel, Recipe, Reference, Rule, Weighting};
+//! use sinew_mapping::{bind, Filter, Recipe, Reference, Rule, Weighting};
 //! use sinew_mesh::shapes;
 //! use sinew_tearing::{Answer, Body, Effect, Request, View};
 //!
@@ -14,7 +14,7 @@
 //! let (mut body, _) = Body::new(shapes::hexahedra(2, 1, 1))?;
 //! let points = [Vector3::new(0.0, 0.25, 0.25), Vector3::new(1.0, 0.25, 0.25)];
 //! let recipe = Recipe {
-//!     weighting: Weighting::Distance { kernel: Kernel::Gaussian, scale: None, coefficients: Vec::new() },
+//!     weighting: Weighting::default(),
 //!     filter: Filter::Interval { nearest: 0.0, farthest: 0.75 },
 //!     rule: Rule::WeightedMean,
 //!     reference: Reference::Initial,

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use common::{Followed, census, count_fragments, done, volume};
 use nalgebra::Vector3;
-use sinew_mapping::{Filter, Kernel, Recipe, Reference, Rule, Weighting};
+use sinew_mapping::{Filter, Recipe, Reference, Rule, Weighting};
 use sinew_mesh::{Cell, CellType, Cells, Grid, shapes};
 use sinew_tearing::{Answer, Body, Effect, Refusal, Request};
 use sinew_topology::{self as topology, Edge, Vertex};
@@ -319,10 +319,9 @@ fn a_tear_that_closes_on_itself_frees_what_is_inside() {
     // Distances from the first point count six times, so that its area is a ball inside that of the second.
     let points = vec![Vector3::repeat(0.5), Vector3::new(2.0, 0.5, 0.5)];
     let recipe = Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
+        weighting: Weighting {
             coefficients: vec![6.0, 1.0],
+            ..Weighting::default()
         },
         filter: Filter::KeepK(1),
         rule: Rule::WeightedMean,

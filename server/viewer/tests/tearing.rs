@@ -14,7 +14,7 @@ use re_sdk::log::Chunk;
 use re_sdk::{ComponentDescriptor, StoreKind};
 use re_sdk_types::archetypes::{Mesh3D, Points3D, Scalars, TextLog};
 use sinew_engine::{Change, Event, EventKind, Frame, Layout, Measured, Patch, Seam, SeamKind};
-use sinew_mapping::{Filter, Kernel, Recipe, Reference, Rule, Weighting, bind};
+use sinew_mapping::{Filter, Recipe, Reference, Rule, Weighting, bind};
 use sinew_mesh::{Cells, shapes};
 use sinew_tearing::{Body, Outcome, Request, View};
 use sinew_viewer::{Config, Viewer};
@@ -30,7 +30,7 @@ fn next(last: &Frame, cells: Cells, change: Change) -> Frame {
         topology_version: last.layout.topology_version + 1,
         hash: cells.hash(),
         dominant: vec![0; vertices],
-        cells,
+        cells: cells.into(),
     };
     Frame {
         layout: Arc::new(layout),
@@ -52,11 +52,7 @@ fn event(kind: EventKind) -> Event {
 /// Opens faces of a body that one point drives.
 fn open(body: &mut Body, facets: Vec<[u32; 2]>) -> Outcome {
     let recipe = Recipe {
-        weighting: Weighting::Distance {
-            kernel: Kernel::Gaussian,
-            scale: None,
-            coefficients: Vec::new(),
-        },
+        weighting: Weighting::default(),
         filter: Filter::KeepK(1),
         rule: Rule::WeightedMean,
         reference: Reference::Initial,
@@ -85,7 +81,7 @@ fn frames() -> (Vec<Frame>, usize) {
     frame.measures = vec![measured(0.0)];
     frame.layout = Arc::new(Layout {
         dominant: vec![0; frame.vertices.len()],
-        cells: body.cells(),
+        cells: body.cells().into(),
         epoch: 1,
         topology_version: 0,
         hash: 0,

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    ExternalPoints, Filter, Fit, Frame, Kernel, Mapping, MeshSource, Motion, MotionSample, Recipe,
+    ExternalPoints, Filter, Fit, Frame, Mapping, MeshSource, Motion, MotionSample, Recipe,
     Reference, Rule, Scene, SceneError, ShapeMatching, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Cell, CellType, Grid};
@@ -68,10 +68,9 @@ pub(crate) const QUADRATIC: Rule =
 
 /// Weights by distance, of this scale or the engine's own.
 pub(crate) fn gaussian(scale: Option<f64>) -> Weighting {
-    Weighting::Distance {
-        kernel: Kernel::Gaussian,
+    Weighting {
         scale,
-        coefficients: Vec::new(),
+        ..Weighting::default()
     }
 }
 

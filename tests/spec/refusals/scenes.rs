@@ -154,7 +154,7 @@ fn external_points_that_cannot_be() {
             (
                 |s| posted::points(s).absent = Some(Indices::pack(&[0, 1, 2, 3, 4, 5, 6, 7])),
                 "MAPPING_REFUSED",
-                "scene.mapping",
+                "scene.mapping.points",
             ),
             (
                 |s| posted::points(s).file = "walk.c3d".to_owned(),
@@ -258,10 +258,11 @@ fn weight(scene: &mut Scene) -> &mut DistanceWeighting {
         .weighting
         .get_or_insert(Weighting {
             kind: Some(weighting::Kind::Distance(DistanceWeighting::default())),
+            ..Weighting::default()
         });
     match weighting.kind.as_mut() {
         Some(weighting::Kind::Distance(distance)) => distance,
-        None => panic!("the kind was given"),
+        Some(weighting::Kind::Flood(_)) | None => panic!("the kind was given"),
     }
 }
 
@@ -286,17 +287,17 @@ fn mappings_onto_points_that_are_missing_and_scales_that_are_none() {
             (
                 |s| weight(s).scale = -1.0,
                 "MAPPING_REFUSED",
-                "scene.mapping",
+                "scene.mapping.weighting.distance.scale",
             ),
             (
                 |s| weight(s).scale = f64::NAN,
                 "MAPPING_REFUSED",
-                "scene.mapping",
+                "scene.mapping.weighting.distance.scale",
             ),
             (
                 |s| weight(s).scale = f64::INFINITY,
                 "MAPPING_REFUSED",
-                "scene.mapping",
+                "scene.mapping.weighting.distance.scale",
             ),
         ],
     );

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    Action, ExternalPoints, Filter, Fit, FitWeights, Frame, Kernel, Limits, Mapping, Measure,
-    MeshSource, Motion, MotionSample, Pairs, Recipe, Reference, Rule, Scene, ShapeMatching, Strain,
+    Action, ExternalPoints, Filter, Fit, FitWeights, Frame, Limits, Mapping, Measure, MeshSource,
+    Motion, MotionSample, Pairs, Recipe, Reference, Rule, Scene, ShapeMatching, Strain,
     TopologyRule, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
@@ -46,11 +46,7 @@ pub(crate) fn bar(n: usize, rule: Rule, rules: Vec<TopologyRule>) -> Scene {
         }),
         mapping: Mapping {
             recipe: Recipe {
-                weighting: Weighting::Distance {
-                    kernel: Kernel::Gaussian,
-                    scale: None,
-                    coefficients: Vec::new(),
-                },
+                weighting: Weighting::default(),
                 filter: Filter::KeepK(3),
                 rule,
                 reference: Reference::Initial,

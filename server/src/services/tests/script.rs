@@ -5,9 +5,9 @@ use std::{net::SocketAddr, sync::Arc};
 use nalgebra::Vector3;
 use sinew_client::{Client, Subscription, Update, grid};
 use sinew_engine::{
-    Change, Event, EventKind, Filter, Frame, Kernel, Layout, Recipe, Reference, Rule, Weighting,
+    Change, Event, EventKind, Filter, Frame, Layout, Recipe, Reference, Rule, Weighting,
 };
-use sinew_mesh::{Grid, shapes};
+use sinew_mesh::{Cells, Grid, shapes};
 use sinew_proto::v1;
 use sinew_tearing::{Answer, Body, Effect, Request, View};
 
@@ -97,11 +97,7 @@ impl Script {
         // One point for all: where it is makes no difference to faces that are named.
         let points = [Vector3::zeros()];
         let recipe = Recipe {
-            weighting: Weighting::Distance {
-                kernel: Kernel::Gaussian,
-                scale: None,
-                coefficients: Vec::new(),
-            },
+            weighting: Weighting::default(),
             filter: Filter::KeepK(1),
             rule: Rule::Direct,
             reference: Reference::Initial,
@@ -130,7 +126,8 @@ impl Script {
             hash: patch.hash,
             cells: (before.cells)
                 .patched(&patch.slots, &patch.cells, vertices.len())
-                .unwrap(),
+                .unwrap()
+                .into(),
             dominant: vec![0; vertices.len()],
         };
         let event = |kind| Event {
@@ -182,7 +179,7 @@ impl Script {
     pub(super) fn truth(&self) -> Grid {
         Grid {
             positions: self.frame.vertices.clone(),
-            cells: self.frame.layout.cells.clone(),
+            cells: Cells::clone(&self.frame.layout.cells),
         }
     }
 

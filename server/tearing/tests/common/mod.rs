@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 
 use nalgebra::Vector3;
-use sinew_mapping::{Binding, Filter, Kernel, Recipe, Reference, Rule, Weighting, bind};
+use sinew_mapping::{Binding, Filter, Recipe, Reference, Rule, Weighting, bind};
 use sinew_mesh::{Cells, Grid};
 use sinew_tearing::{Answer, Body, Done, Outcome, Patch, Request, View};
 use sinew_topology::{Edge, Face, Vertex, Volume, Walk};
@@ -30,11 +30,7 @@ impl Followed {
     /// A body of which each vertex follows the nearest points.
     pub(crate) fn bound(mesh: Grid, points: Vec<Vector3<f64>>, filter: Filter) -> Self {
         let recipe = Recipe {
-            weighting: Weighting::Distance {
-                kernel: Kernel::Gaussian,
-                scale: None,
-                coefficients: Vec::new(),
-            },
+            weighting: Weighting::default(),
             filter,
             rule: Rule::WeightedMean,
             reference: Reference::Initial,

@@ -67,12 +67,12 @@ impl Bar {
             topology_version,
             hash: 0,
             dominant: rest.iter().map(dominant).collect(),
-            cells: Cells {
+            cells: Arc::new(Cells {
                 types: vec![12; cells as usize],
                 connectivity,
                 offsets: (0..=cells).map(|cell| 8 * cell).collect(),
                 ..Cells::default()
-            },
+            }),
         };
         let layout = Arc::new(layout);
         Self { layout, rest }

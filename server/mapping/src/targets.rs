@@ -1,0 +1,188 @@
+//! From a mesh and its points to the points that each vertex keeps.
+
+use nalgebra::Vector3;
+
+use crate::binding::{LARGEST, check_coefficients, check_coordinates, check_length, usable_points};
+use crate::distance::{Distances, nearest, scaled};
+use crate::filter::{Demand, Surroundings, filter};
+use crate::paths::{along, at_vertices, typical};
+use crate::roots::roots;
+use crate::{
+    Filter, Graph, MAX_INFLUENCES, MappingError, Metric, Nearest, Paths, Recipe, Root, Roots, Rows,
+    Weighting,
+};
+
+/// A mesh at rest, in as far as a recipe asks for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Mesh<'a> {
+    /// m
+    pub vertices: &'a [Vector3<f64>],
+    /// The targets, where they are not the vertices.
+    pub cells: Option<Cells<'a>>,
+    /// The targets as nodes of a graph, with what its arcs cost; for [`Metric::Paths`].
+    pub graph: Option<&'a Graph>,
+    /// Of each point, the targets of the volumes that hold it, ascending; for [`Roots::Containing`] and
+    /// [`Filter::InVolume`].
+    pub holding: Option<&'a Rows>,
+}
+
+/// Targets other than vertices.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells<'a> {
+    /// The mean of the vertices of each, m.
+    pub centres: &'a [Vector3<f64>],
+    /// Of each vertex, the targets that it bounds.
+    pub at_vertices: &'a Rows,
+}
+
+impl<'a> Mesh<'a> {
+    /// Vertices without cells: all that distances between vertices and points need.
+    #[must_use]
+    pub fn of_vertices(vertices: &'a [Vector3<f64>]) -> Self {
+        Self {
+            vertices,
+            cells: None,
+            graph: None,
+            holding: None,
+        }
+    }
+
+    fn centres(&self) -> &'a [Vector3<f64>] {
+        self.cells.map_or(self.vertices, |cells| cells.centres)
+    }
+
+    pub(crate) fn check(&self, weighting: &Weighting) -> Result<(), MappingError> {
+        for (index, vertex) in self.vertices.iter().enumerate() {
+            check_coordinates("vertex", index, vertex)?;
+        }
+        if let (Metric::Paths(_), Some(graph)) = (&weighting.metric, self.graph) {
+            check_length("nodes", graph.len(), self.centres().len())?;
+        }
+        match &weighting.metric {
+            Metric::Straight => Ok(()),
+            Metric::Paths(paths) if paths.arcs == weighting.targets => Err(MappingError::Arcs),
+            &Metric::Paths(Paths {
+                roots: Roots::Ball(radius),
+                ..
+            }) if !(LARGEST.recip()..=LARGEST).contains(&radius) => {
+                Err(MappingError::Radius { radius })
+            }
+            Metric::Paths(_) => Ok(()),
+        }
+    }
+
+    /// The points that each vertex keeps, by the first two stages; and what distances of paths are like. `[W9]`
+    ///
+    /// # Errors
+    /// Targets or vertices without points, and more pairs than [`MAX_INFLUENCES`].
+    pub(crate) fn kept(
+        &self,
+        points: &[Vector3<f64>],
+        usable: &[u32],
+        recipe: &Recipe,
+    ) -> Result<(Distances, Option<f64>), MappingError> {
+        let weighting = &recipe.weighting;
+        let around = Surroundings {
+            targets: weighting.targets,
+            points,
+            holding: self.holding,
+        };
+        let roots = self.roots(points, usable, weighting);
+        let mut demand = recipe.filter.demand();
+        let (kept, typical) = loop {
+            let (seen, typical) = self.seen(points, usable, weighting, demand, &roots)?;
+            match filter(seen, &recipe.filter, &around) {
+                Ok(kept) => break (kept, typical),
+                Err(MappingError::SpansNone { .. })
+                    if demand.grows && demand.count < usable.len() =>
+                {
+                    demand.count *= 2;
+                }
+                Err(error) => return Err(error),
+            }
+        };
+        let Some(cells) = self.cells else {
+            return Ok((kept, typical));
+        };
+        let kept = at_vertices(&kept, cells.at_vertices); // [W8]
+        match kept.empty() {
+            vertices if vertices.is_empty() => Ok((kept, typical)),
+            vertices => Err(MappingError::NoTargets {
+                targets: weighting.targets,
+                vertices,
+            }),
+        }
+    }
+
+    fn roots(&self, points: &[Vector3<f64>], usable: &[u32], weighting: &Weighting) -> Vec<Root> {
+        match &weighting.metric {
+            Metric::Straight => Vec::new(),
+            Metric::Paths(paths) => roots(paths, self.centres(), points, usable, self.holding),
+        }
+    }
+
+    /// The distances of each target, in as far as a filter has to see them.
+    fn seen(
+        &self,
+        points: &[Vector3<f64>],
+        usable: &[u32],
+        weighting: &Weighting,
+        demand: Demand,
+        roots: &[Root],
+    ) -> Result<(Distances, Option<f64>), MappingError> {
+        let centres = self.centres();
+        let coefficients = &weighting.coefficients[..];
+        let by_number = match weighting.metric {
+            // The nearest need not be the least.
+            Metric::Straight => demand.within < 0.0 && coefficients.is_empty(),
+            Metric::Paths(_) => demand.within < 0.0,
+        };
+        let count = if by_number { demand.count } else { usize::MAX };
+        let kept = count.min(usable.len());
+        if centres.len() > MAX_INFLUENCES / kept {
+            let vertices = centres.len();
+            return Err(MappingError::TooLarge { vertices, kept });
+        }
+        let (Metric::Paths(_), Some(graph)) = (&weighting.metric, self.graph) else {
+            let distances = nearest(centres, points, usable, count); // [W1]
+            return Ok(match coefficients {
+                [] => (distances, None),
+                coefficients => (scaled(distances, coefficients), None), // [W6]
+            });
+        };
+        let distances = along(graph, roots, coefficients, demand); // [W6], [W7]
+        let typical = typical(&distances);
+        match distances.empty() {
+            cells if cells.is_empty() || demand.limit < f64::INFINITY => {
+                Ok((distances, Some(typical)))
+            }
+            cells => Err(MappingError::Unreached {
+                targets: weighting.targets,
+                cells,
+            }),
+        }
+    }
+}
+
+/// How far the points are from each target of a mesh, all of them, nearest first: the first stage alone. Points as in
+/// [`bind`](crate::bind).
+///
+/// # Errors
+/// As [`bind_mesh`](crate::bind_mesh), of a weighting.
+///
+/// # Panics
+/// If the mesh does not tell what the weighting asks for.
+pub fn distances(
+    mesh: &Mesh<'_>,
+    points: &[Vector3<f64>],
+    usable: &[bool],
+    weighting: &Weighting,
+) -> Result<Nearest, MappingError> {
+    let usable = usable_points(points, usable)?;
+    mesh.check(weighting)?;
+    check_coefficients(&weighting.coefficients, points.len())?;
+    let roots = mesh.roots(points, &usable, weighting);
+    let demand = Filter::KeepK(usize::MAX).demand();
+    let (distances, _) = mesh.seen(points, &usable, weighting, demand, &roots)?;
+    Ok(distances.into())
+}
