@@ -355,6 +355,7 @@ fn overlaid(base: v1::Mapping, over: &v1::Mapping) -> v1::Mapping {
         rule,
         points,
         reference,
+        preset,
     } = over.clone();
     v1::Mapping {
         weighting: weighting.or(base.weighting),
@@ -370,6 +371,7 @@ fn overlaid(base: v1::Mapping, over: &v1::Mapping) -> v1::Mapping {
         } else {
             reference
         },
+        preset: if preset == 0 { base.preset } else { preset },
     }
 }
 

@@ -57,6 +57,23 @@ async fn error(server: &TestServer, mapping: &str, field: Field) -> f64 {
     posed.iter().zip(&rest).map(distance).fold(0.0, f64::max)
 }
 
+/// Holds that each mapping reproduces so many of the fields, and no more.
+fn reproduce(mappings: &[(usize, &str)]) {
+    live(async {
+        let server = TestServer::start().await;
+        for &(exact, mapping) in mappings {
+            for (level, field) in FIELDS.into_iter().enumerate() {
+                let error = error(&server, mapping, field).await;
+                if level < exact {
+                    assert!(error < 1e-9, "{mapping}, field {level}: {error:.1e}");
+                } else {
+                    assert!(error > 1e-4, "{mapping}, field {level}: only {error:.1e}");
+                }
+            }
+        }
+    });
+}
+
 #[test]
 fn every_rule_of_a_scene_file_reproduces_its_fields_and_no_more() {
     // A filter that keeps all, but where the default does.
@@ -98,19 +115,7 @@ fn every_rule_of_a_scene_file_reproduces_its_fields_and_no_more() {
                 "filter": {"keep": {"k": 14}}}"#,
         ),
     ];
-    live(async {
-        let server = TestServer::start().await;
-        for (exact, mapping) in rules {
-            for (level, field) in FIELDS.into_iter().enumerate() {
-                let error = error(&server, mapping, field).await;
-                if level < exact {
-                    assert!(error < 1e-9, "{mapping}, field {level}: {error:.1e}");
-                } else {
-                    assert!(error > 1e-4, "{mapping}, field {level}: only {error:.1e}");
-                }
-            }
-        }
-    });
+    reproduce(&rules);
 }
 
 #[test]
@@ -414,5 +419,53 @@ fn a_weighted_mean_from_the_previous_frame_does_not_come_back_with_its_points() 
         let server = TestServer::start().await;
         assert!(left_by_a_full_turn(&server, v1::Reference::Initial).await < 1e-12);
         assert!(left_by_a_full_turn(&server, v1::Reference::Previous).await > 1e-2);
+    });
+}
+
+#[test]
+fn every_preset_reproduces_its_fields_and_no_more() {
+    reproduce(&[
+        (3, r#"{"preset": "PRESET_MKN04"}"#),
+        (3, r#"{"preset": "PRESET_PKA05"}"#),
+        (1, r#"{"preset": "PRESET_MHHR07"}"#),
+        (2, r#"{"preset": "PRESET_RJ07"}"#),
+        (3, r#"{"preset": "PRESET_ACF07"}"#),
+        (2, r#"{"preset": "PRESET_SOG08"}"#),
+        (3, r#"{"preset": "PRESET_AOW08"}"#),
+    ]);
+}
+
+#[test]
+fn a_preset_says_what_the_mapping_does_not() {
+    live(async {
+        let server = TestServer::start().await;
+        // One volume, which holds all the points.
+        let one = |mapping: &str| Scene {
+            mesh: scenes::block(POINTS, 1, scenes::Rule::Mean).mesh,
+            ..scene(mapping)
+        };
+        for (mapping, rule, points) in [
+            (r#"{"preset": "PRESET_MHTG05"}"#, "shape_matching", POINTS),
+            (r#"{"preset": "PRESET_MKN04"}"#, "moving_least_squares", 10),
+            (r#"{"preset": "PRESET_MHHR07"}"#, "direct", 1),
+            (
+                r#"{"preset": "PRESET_MHHR07", "rule": {"mean": {}}}"#,
+                "mean",
+                1,
+            ),
+            (
+                r#"{"preset": "PRESET_MKN04", "rule": {"mean": {}}, "filter": {"keep": {"k": 5}}}"#,
+                "mean",
+                5,
+            ),
+        ] {
+            let session = server.create("", one(mapping)).await;
+            let told = session.explain(0).await.unwrap();
+            assert_eq!(
+                (&*told.rule, told.points.len()),
+                (rule, points),
+                "{mapping}"
+            );
+        }
     });
 }

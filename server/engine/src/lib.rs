@@ -25,9 +25,9 @@ pub use rest::{Bound, Rest};
 pub use rule::{Action, Limits, Measure, Pairs, Region, Strain, TopologyRule};
 pub use scene::{
     Bone, CellShape, Cost, Dimension, ExternalPoints, Filter, Fit, FitWeights, Kernel, Lattice,
-    Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths, Polynomial, RadialBasis,
-    RadialFunction, Recipe, Reference, Roots, Rule, Scene, SceneError, ShapeMatching, Start,
-    Tracking, UpAxis, Weighting,
+    Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths, Polynomial, Preset,
+    RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, Scene, SceneError, ShapeMatching,
+    Start, Tracking, UpAxis, Weighting,
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
 pub use sinew_particles::{

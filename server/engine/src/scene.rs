@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 pub use sinew_mapping::{
-    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
+    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial, Preset,
     RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
 };
 use sinew_mesh::Grid;

@@ -56,6 +56,7 @@ mod graph;
 mod linear;
 mod moving;
 mod paths;
+mod preset;
 mod quadratic;
 mod rbf;
 mod recipe;
@@ -69,6 +70,7 @@ pub use binding::{Binding, MAX_INFLUENCES, bind, bind_mesh};
 pub use error::MappingError;
 pub use flood::{Flood, Nearest, Root};
 pub use graph::{Graph, Rows};
+pub use preset::Preset;
 pub use rbf::MAX_BASIS;
 pub use recipe::{
     Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,

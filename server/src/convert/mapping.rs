@@ -2,8 +2,8 @@
 
 use sinew_engine::{
     Cost, Dimension, Filter, Fit, FitWeights, Kernel, Mapping, Metric, MovingFit, Paths,
-    Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start,
-    Weighting,
+    Polynomial, Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching,
+    Start, Weighting,
 };
 use sinew_proto::v1;
 
@@ -14,20 +14,51 @@ const DEFAULT_KEEP: usize = 8;
 /// The same where four of them have to span a volume: the nearest few may lie in a plane.
 const DEFAULT_CANDIDATES: usize = 32;
 
-/// Reads a mapping.
+/// Reads a mapping: a preset's, where it names one, with the fields that are set in its place.
 pub(crate) fn mapping(mapping: v1::Mapping) -> Result<Mapping> {
-    let rule = match mapping.rule.and_then(|rule| rule.kind) {
-        Some(kind) => rule(kind)?,
-        None => Rule::WeightedMean,
+    let preset = preset(mapping.preset)?.map(Preset::recipe);
+    let (mut weights, mut kept, mut moves) = (None, None, None);
+    if let Some(recipe) = preset {
+        (weights, kept, moves) = (
+            Some(recipe.weighting),
+            Some(recipe.filter),
+            Some(recipe.rule),
+        );
+    }
+    let rule = match (mapping.rule.and_then(|rule| rule.kind), moves) {
+        (Some(kind), _) => rule(kind)?,
+        (None, moves) => moves.unwrap_or(Rule::WeightedMean),
+    };
+    let weighting = match (mapping.weighting, weights) {
+        (None, Some(weights)) => weights,
+        (given, _) => weighting(given.unwrap_or_default())?,
+    };
+    let filter = match (mapping.filter.and_then(|filter| filter.kind), kept) {
+        (None, Some(kept)) => kept,
+        (given, _) => filter(given, &rule),
     };
     Ok(Mapping {
         recipe: Recipe {
-            weighting: weighting(mapping.weighting.unwrap_or_default())?,
-            filter: filter(mapping.filter.and_then(|filter| filter.kind), &rule),
+            weighting,
+            filter,
             rule,
             reference: reference(mapping.reference)?,
         },
         points: mapping.points,
+    })
+}
+
+fn preset(number: i32) -> Result<Option<Preset>> {
+    Ok(match known::<v1::Preset>(number, "scene.mapping.preset")? {
+        v1::Preset::Unspecified => None,
+        v1::Preset::Mkn04 => Some(Preset::Mkn04),
+        v1::Preset::Pka05 => Some(Preset::Pka05),
+        v1::Preset::Mhtg05 => Some(Preset::Mhtg05),
+        v1::Preset::Mhhr07 => Some(Preset::Mhhr07),
+        v1::Preset::Rj07 => Some(Preset::Rj07),
+        v1::Preset::Acf07 => Some(Preset::Acf07),
+        v1::Preset::Sog08 => Some(Preset::Sog08),
+        v1::Preset::Aow08 => Some(Preset::Aow08),
     })
 }
 

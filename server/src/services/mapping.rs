@@ -103,7 +103,14 @@ fn merged(
     update: v1::Mapping,
     mask: Option<&FieldMask>,
 ) -> Result<v1::Mapping, ServiceError> {
-    const FIELDS: [&str; 5] = ["weighting", "filter", "rule", "points", "reference"];
+    const FIELDS: [&str; 6] = [
+        "weighting",
+        "filter",
+        "rule",
+        "points",
+        "reference",
+        "preset",
+    ];
     let paths = mask.map_or(&[][..], |mask| &mask.paths);
     let unknown = paths
         .iter()
@@ -123,6 +130,7 @@ fn merged(
         rule,
         points,
         reference,
+        preset,
     } = update;
     let mut merged = base.clone();
     if replaced("weighting", weighting.is_some()) {
@@ -139,6 +147,9 @@ fn merged(
     }
     if replaced("reference", reference != 0) {
         merged.reference = reference;
+    }
+    if replaced("preset", preset != 0) {
+        merged.preset = preset;
     }
     Ok(merged)
 }

@@ -1,18 +1,22 @@
 //! The sections, in the order of the page.
 
 mod drift;
+mod flood;
 mod hard;
 mod mapping;
 mod paper;
 mod precision;
+mod presets;
 mod rbf;
 mod scaling;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 7] = [
+pub(crate) const ALL: [Section; 9] = [
     mapping::SECTION,
+    presets::SECTION,
     rbf::SECTION,
+    flood::SECTION,
     hard::SECTION,
     drift::SECTION,
     precision::SECTION,
