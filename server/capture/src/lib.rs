@@ -10,6 +10,7 @@ mod delay;
 mod neighbours;
 mod sample;
 mod settings;
+mod state;
 mod tracker;
 
 pub use buffer::{Buffer, Counts, Verdict};
@@ -17,4 +18,5 @@ pub use clock::{Clock, Exchange};
 pub use delay::Delay;
 pub use sample::Sample;
 pub use settings::{Settings, SettingsError};
-pub use tracker::{Doubt, State, Tracker};
+pub use state::{Doubt, State};
+pub use tracker::Tracker;
