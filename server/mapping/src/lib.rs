@@ -4,17 +4,17 @@
 //! Each stage is a function from the value before it to a new value, in a file of its own:
 //!
 //! ```text
-//! targets    the cells that have distances and keep points, and the points of each vertex that follow [W8]
-//! distance   how far each target is straight from its points   [W1], [W6]
-//! flood      how far along paths over the mesh                 [W7], [W9], [W10]
-//! filter     which points it keeps                             [F1] to [F5]
-//! clusters   which vertices keep the same points               [C1]
-//! weights    how strongly each kept point acts                 [W2] to [W5]
-//! operator   all of it compiled: a linear map [M1], [M5] to [M7], [M10], [M14], or one motion per cluster [M2] to [M4],
-//!            [M8], [M9], [M13], or per vertex [M15]
+//! targets    the cells that have distances and keep points, and the points of each vertex that follow `[W8]`
+//! distance   how far each target is straight from its points   `[W1]`, `[W6]`
+//! flood      how far along paths over the mesh                 `[W7]`, `[W9]`, `[W10]`
+//! filter     which points it keeps                             `[F1]` to `[F5]`
+//! clusters   which vertices keep the same points               `[C1]`
+//! weights    how strongly each kept point acts                 `[W2]` to `[W5]`
+//! operator   all of it compiled: a linear map `[M1]`, `[M5]` to `[M7]`, `[M10]`, `[M14]`, or one motion per cluster `[M2]` to `[M4]`,
+//!            `[M8]`, `[M9]`, `[M13]`, or per vertex `[M15]`
 //! ```
 //!
-//! Displacements are from the rest pose, or from the last one [M16]: then the operator is compiled each step. SI units, world frame, double precision. Results have the same bits for
+//! Displacements are from the rest pose, or from the last one `[M16]`: then the operator is compiled each step. SI units, world frame, double precision. Results have the same bits for
 //! any number of threads.
 //!
 //! ```

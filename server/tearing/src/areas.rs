@@ -32,7 +32,7 @@ pub(crate) struct Areas {
     ranks: Vec<Ranks>,
 }
 
-/// On which side of the frontier between two points' areas the vertices are. [T1]
+/// On which side of the frontier between two points' areas the vertices are. `[T1]`
 #[derive(Clone, Debug)]
 pub(crate) struct Sides {
     /// By vertex slot: below in the first point's area, above in the second's, on in both, `None` in neither.
@@ -70,7 +70,7 @@ impl Areas {
         ranks.max().map_or(0, |rank| rank + 1)
     }
 
-    /// The sides, if so many of each vertex's strongest points count. [T3]
+    /// The sides, if so many of each vertex's strongest points count. `[T3]`
     pub(crate) fn sides(&self, kept: u32, vertices: usize, points: [Vector3<f64>; 2]) -> Sides {
         let mut areas = [Vec::new(), Vec::new()];
         let mut places = vec![None; vertices];
@@ -109,7 +109,7 @@ impl Sides {
     }
 
     /// Where an edge meets the frontier: in the plane midway between the points if that crosses the edge, else halfway, and
-    /// not too near to an end. [T2]
+    /// not too near to an end. `[T2]`
     pub(crate) fn crossing(&self, [from, to]: [Vector3<f64>; 2]) -> Vector3<f64> {
         let [before, after] = [self.beyond(&from), self.beyond(&to)];
         let part = before / (before - after);
@@ -163,7 +163,7 @@ impl Sides {
         smaller.filter(is_at_border).collect()
     }
 
-    /// Grows both areas by the vertices beside them, where both come by that of the nearer point. [T4] Returns whether
+    /// Grows both areas by the vertices beside them, where both come by that of the nearer point. `[T4]` Returns whether
     /// any came.
     pub(crate) fn grow(&mut self, body: &Body) -> bool {
         let mut grown = Vec::new();

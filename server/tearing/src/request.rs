@@ -8,13 +8,13 @@ use thiserror::Error;
 /// A change of a body. Plain data: cells and vertices are named by their slots, so that a log of requests replays.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// Tears the body along the frontier between the areas of two points: the vertices that they act on. [T1]
+    /// Tears the body along the frontier between the areas of two points: the vertices that they act on. `[T1]`
     ///
     /// Where the frontier is a set of faces, these open. Where it passes between vertices, the edges across it are split
-    /// in the plane midway between the points [T2], and with them every cell that has vertices in both areas; one of a shape
+    /// in the plane midway between the points `[T2]`, and with them every cell that has vertices in both areas; one of a shape
     /// that so cannot be parted stays whole, on the side of most of its vertices. Where the frontier is
     /// ill-defined, because the areas share whole cells or meet nowhere, the areas are drawn anew, first with fewer of
-    /// each vertex's points [T3], then with the vertices beside them [T4].
+    /// each vertex's points `[T3]`, then with the vertices beside them `[T4]`.
     ///
     /// What was torn stays so: where a later tear cuts cells, so that a part is the other point's than the whole was, it
     /// opens what joins parts of points that were torn apart before.
@@ -84,9 +84,9 @@ pub enum Answer {
     Applied(Done),
     /// Done after the points' areas were drawn anew.
     Refined {
-        /// Of each vertex, so many of its strongest points counted. [T3]
+        /// Of each vertex, so many of its strongest points counted. `[T3]`
         kept: u32,
-        /// So many edges the areas then grew beyond their vertices. [T4]
+        /// So many edges the areas then grew beyond their vertices. `[T4]`
         grown: u32,
         /// What was done.
         done: Done,

@@ -89,14 +89,15 @@ fn without_credit_three_frames_come_and_events_go_on() {
             assert_eq!(events.events[0].sequence, sequence);
         }
         script.step();
-        hand.credit(1);
-        // Of all that happened meanwhile: how the mesh came to be what it is, and its newest positions.
+        hand.credit(2);
+        // Of all that happened meanwhile: how the mesh came to be what it is, and its newest positions. Step and credit go
+        // different ways: where the credit is first, the last patch has positions too.
         for version in 1..=3 {
             let Item::Patch(patch) = hand.item().await else {
                 panic!("a patch was expected");
             };
             assert_eq!(patch.to_version, version);
-            assert_eq!(patch.frame.unwrap().vertices, None);
+            assert!(version == 3 || patch.frame.unwrap().vertices.is_none());
         }
         assert_eq!(hand.step().await, 6);
     });
