@@ -53,10 +53,7 @@ fn bytes_of(event: &Event) -> usize {
         | EventKind::Removed
         | EventKind::Added
         | EventKind::Divided
-        | EventKind::FragmentBorn { .. }
-        | EventKind::FragmentsJoined { .. }
-        | EventKind::InnerFracture
-        | EventKind::FractureOpened => 0,
+        | EventKind::Followed(_) => 0,
     };
     size_of::<Event>() + size_of_val(&*event.cells) + text
 }

@@ -1,7 +1,7 @@
 //! From the engine's types to the wire's.
 
 use bytes::Bytes;
-use sinew_engine::{Event, EventKind, Patch, Seam, SeamKind};
+use sinew_engine::{Effect, Event, EventKind, Patch, Seam, SeamKind};
 use sinew_mesh::Cells;
 use sinew_proto::v1::{self, Indices, UnstructuredGrid, event::Kind};
 
@@ -107,7 +107,13 @@ fn event_kind(kind: &EventKind) -> Kind {
         EventKind::Refused(ref reason) => Kind::Refused(v1::Refused {
             reason: reason.clone(),
         }),
-        EventKind::FragmentBorn {
+        EventKind::Followed(effect) => effect_kind(effect),
+    }
+}
+
+fn effect_kind(effect: Effect) -> Kind {
+    match effect {
+        Effect::FragmentBorn {
             fragment,
             parent,
             cells,
@@ -116,10 +122,10 @@ fn event_kind(kind: &EventKind) -> Kind {
             parent,
             cells,
         }),
-        EventKind::FragmentsJoined { fragment, absorbed } => {
+        Effect::FragmentsJoined { fragment, absorbed } => {
             Kind::FragmentsJoined(v1::FragmentsJoined { fragment, absorbed })
         }
-        EventKind::InnerFracture => Kind::InnerFracture(v1::InnerFracture {}),
-        EventKind::FractureOpened => Kind::FractureOpened(v1::FractureOpened {}),
+        Effect::InnerFracture => Kind::InnerFracture(v1::InnerFracture {}),
+        Effect::FractureOpened => Kind::FractureOpened(v1::FractureOpened {}),
     }
 }

@@ -1,7 +1,7 @@
 //! What a step did to the mesh beside moving it.
 
 use nalgebra::Vector3;
-use sinew_tearing::Patch;
+use sinew_tearing::{Effect, Patch};
 
 /// The facts of one step. Frames may be missed by a reader, facts may not.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,24 +53,6 @@ pub enum EventKind {
     Divided,
     /// Nothing was done; why, for people.
     Refused(String),
-    /// A part of the mesh came loose.
-    FragmentBorn {
-        /// Its number; the mesh at rest has those from 0 on.
-        fragment: u32,
-        /// The one that it was part of.
-        parent: u32,
-        /// How many cells it has.
-        cells: u32,
-    },
-    /// Two fragments became one.
-    FragmentsJoined {
-        /// The one that lives on.
-        fragment: u32,
-        /// The one that does not.
-        absorbed: u32,
-    },
-    /// Faces came apart inside, where nobody sees it yet.
-    InnerFracture,
-    /// An inner fracture reached the surface.
-    FractureOpened,
+    /// What followed from the change before.
+    Followed(Effect),
 }

@@ -35,6 +35,8 @@ pub use sinew_particles::{
     Gradient, Integrator, LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion,
     Stepping, SystemSpec, Track, Weighting as FormWeighting,
 };
-pub use sinew_tearing::{Answer, BodyError, Done, Facet, Patch, Refusal, Request, Seam, SeamKind};
+pub use sinew_tearing::{
+    Answer, BodyError, Done, Effect, Facet, Patch, Refusal, Request, Seam, SeamKind,
+};
 pub use topology::{EditError, Edited};
 pub use world::{RemapError, StepError, World};

@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 use sinew_mesh::{Cells, Grid};
-use sinew_tearing::{Answer, Body, BodyError, Done, Effect, Patch, Request, View};
+use sinew_tearing::{Answer, Body, BodyError, Done, Patch, Request, View};
 
 use crate::{
     change::{Change, Event, EventKind},
@@ -235,7 +235,7 @@ fn tell(ask: &Ask, answer: &Answer) -> Vec<Event> {
     let effects = done
         .effects
         .iter()
-        .map(|effect| event(followed(*effect), Vec::new()));
+        .map(|effect| event(EventKind::Followed(*effect), Vec::new()));
     std::iter::once(first).chain(effects).collect()
 }
 
@@ -246,24 +246,5 @@ fn kind(request: &Request, done: &Done) -> EventKind {
         Request::Remove { .. } | Request::Collapse { .. } => EventKind::Removed,
         Request::Add { .. } => EventKind::Added,
         Request::Subdivide { .. } | Request::Bisect { .. } => EventKind::Divided,
-    }
-}
-
-fn followed(effect: Effect) -> EventKind {
-    match effect {
-        Effect::FragmentBorn {
-            fragment,
-            parent,
-            cells,
-        } => EventKind::FragmentBorn {
-            fragment,
-            parent,
-            cells,
-        },
-        Effect::FragmentsJoined { fragment, absorbed } => {
-            EventKind::FragmentsJoined { fragment, absorbed }
-        }
-        Effect::InnerFracture => EventKind::InnerFracture,
-        Effect::FractureOpened => EventKind::FractureOpened,
     }
 }

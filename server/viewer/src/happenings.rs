@@ -7,7 +7,7 @@ use re_sdk::log::{Chunk, RowId};
 use re_sdk::{AsComponents as _, StoreId, TimePoint};
 use re_sdk_types::archetypes::{Points3D, TextLog};
 use re_sdk_types::components::{Color, Radius, TextLogLevel};
-use sinew_engine::{Change, Event, EventKind, Frame};
+use sinew_engine::{Change, Effect, Event, EventKind, Frame};
 
 use crate::EncodeError;
 use crate::recorder::{EVENTS, PLACES, time_of};
@@ -85,10 +85,7 @@ fn level(kind: &EventKind) -> TextLogLevel {
         | EventKind::Removed
         | EventKind::Added
         | EventKind::Divided
-        | EventKind::FragmentBorn { .. }
-        | EventKind::FragmentsJoined { .. }
-        | EventKind::InnerFracture
-        | EventKind::FractureOpened => TextLogLevel::INFO,
+        | EventKind::Followed(_) => TextLogLevel::INFO,
     };
     level.into()
 }
@@ -105,16 +102,18 @@ fn line(event: &Event) -> String {
         EventKind::Added => format!("{} cells added", event.cells.len()),
         EventKind::Divided => format!("{} cells divided", event.cells.len()),
         EventKind::Refused(why) => format!("refused: {why}"),
-        EventKind::FragmentBorn {
+        EventKind::Followed(Effect::FragmentBorn {
             fragment,
             parent,
             cells,
-        } => format!("fragment {fragment} of {cells} cells born from {parent}"),
-        EventKind::FragmentsJoined { fragment, absorbed } => {
+        }) => format!("fragment {fragment} of {cells} cells born from {parent}"),
+        EventKind::Followed(Effect::FragmentsJoined { fragment, absorbed }) => {
             format!("fragment {absorbed} joined {fragment}")
         }
-        EventKind::InnerFracture => "fractured inside".to_owned(),
-        EventKind::FractureOpened => "an inner fracture reached the surface".to_owned(),
+        EventKind::Followed(Effect::InnerFracture) => "fractured inside".to_owned(),
+        EventKind::Followed(Effect::FractureOpened) => {
+            "an inner fracture reached the surface".to_owned()
+        }
     };
     match event.rule {
         Some(rule) => format!("rule {rule}: {what}"),

@@ -9,7 +9,7 @@ use sinew_engine::{
 };
 use sinew_mesh::{Cells, Grid, shapes};
 use sinew_proto::v1;
-use sinew_tearing::{Answer, Body, Effect, Request, View};
+use sinew_tearing::{Answer, Body, Request, View};
 
 use crate::{Config, Server, registry::Entry, timing::StepTiming};
 
@@ -137,7 +137,8 @@ impl Script {
             cells: done.cells.clone(),
         };
         let mut events = vec![event(EventKind::Torn { faces: done.opened })];
-        events.extend(done.effects.iter().map(|effect| event(kind(*effect))));
+        let effects = done.effects.iter();
+        events.extend(effects.map(|effect| event(EventKind::Followed(*effect))));
         let patch = Some(patch);
         self.publish(
             Arc::new(layout),
@@ -195,25 +196,6 @@ impl Script {
             updates.push(reader.next().await.unwrap().unwrap());
         }
         updates
-    }
-}
-
-fn kind(effect: Effect) -> EventKind {
-    match effect {
-        Effect::FragmentBorn {
-            fragment,
-            parent,
-            cells,
-        } => EventKind::FragmentBorn {
-            fragment,
-            parent,
-            cells,
-        },
-        Effect::FragmentsJoined { fragment, absorbed } => {
-            EventKind::FragmentsJoined { fragment, absorbed }
-        }
-        Effect::InnerFracture => EventKind::InnerFracture,
-        Effect::FractureOpened => EventKind::FractureOpened,
     }
 }
 

@@ -1,7 +1,5 @@
 //! A bar that five points drive.
 
-#![allow(dead_code, reason = "each test takes what it needs")]
-
 use std::sync::Arc;
 
 use nalgebra::Vector3;

@@ -1,7 +1,5 @@
 //! A body, and somebody who follows it by its patches alone.
 
-#![allow(dead_code, reason = "each test file uses a part of it")]
-
 use std::collections::BTreeMap;
 use std::ops::Deref;
 

@@ -1,8 +1,6 @@
 //! Opening faces and removing cells: what falls apart, what stays, and what a follower is told.
 
-mod common;
-
-use common::{Followed, census, count_fragments, done};
+use crate::common::{Followed, census, count_fragments, done};
 use proptest::prelude::*;
 use sinew_mesh::shapes;
 use sinew_tearing::{Answer, Effect, Refusal, Request, SeamKind};

@@ -1,8 +1,6 @@
 //! Each kind of request by itself, and long random sequences of all of them.
 
-mod common;
-
-use common::{Followed, census, count_fragments, done, number, volume};
+use crate::common::{Followed, census, count_fragments, done, number, volume};
 use nalgebra::Vector3;
 use sinew_mapping::Filter;
 use sinew_mesh::{Grid, shapes};

@@ -1,10 +1,8 @@
 //! The cases of figures 4 to 6 of the paper, each with its census before and after.
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::{Followed, census, count_fragments, done, volume};
+use crate::common::{Followed, census, count_fragments, done, volume};
 use nalgebra::Vector3;
 use sinew_mapping::{Filter, Recipe, Reference, Rule, Weighting};
 use sinew_mesh::{Cell, CellType, Cells, Grid, shapes};

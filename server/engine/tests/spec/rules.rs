@@ -1,8 +1,6 @@
 //! What rules see and do, by the laws that they promise.
 
-mod common;
-
-use common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
+use crate::common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use sinew_engine::{Action, EventKind, Frame, Measure, Region, Rule, Strain, TopologyRule};

@@ -1,10 +1,8 @@
 //! Bodies that are hard to tear: flat, inside out, not manifold, of polyhedra.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Followed, count_fragments, number, volume};
+use crate::common::{Followed, count_fragments, done, number, volume};
 use nalgebra::Vector3;
 use sinew_mapping::Filter;
 use sinew_mesh::{Grid, shapes};
@@ -100,7 +98,7 @@ fn every_cell_of_a_body_can_be_torn_from_every_other() {
     let count = number(facets.len());
     let before = volume(&body);
     let outcome = body.apply(&[Request::Open { facets }]);
-    assert_eq!(common::done(&outcome.answers[0]).opened, count);
+    assert_eq!(done(&outcome.answers[0]).opened, count);
     assert_eq!(count_fragments(&body), 162);
     assert_eq!(body.rest().len(), 4 * 162);
     assert_eq!(volume(&body), before);

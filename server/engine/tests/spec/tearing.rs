@@ -1,14 +1,12 @@
 //! What becomes of a world whose mesh comes apart.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
+use crate::common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
 use nalgebra::Vector3;
 use sinew_engine::{
-    Action, Change, EventKind, Filter, Frame, Limits, Measure, Pairs, RemapError, Rule, Strain,
-    TopologyRule,
+    Action, Change, Effect, EventKind, Filter, Frame, Limits, Measure, Pairs, RemapError, Rule,
+    Strain, TopologyRule,
 };
 
 /// Cuts the bar of 8 in two between x = 3 and x = 4 where it is stretched by half.
@@ -63,11 +61,11 @@ fn a_bar_comes_apart_along_its_seam_once_it_is_stretched_enough() {
         assert_eq!(*torn, EventKind::Torn { faces: 4 });
         assert_eq!(
             *born,
-            EventKind::FragmentBorn {
+            EventKind::Followed(Effect::FragmentBorn {
                 fragment: 1,
                 parent: 0,
                 cells: 16
-            }
+            })
         );
         let patch = change.patch.as_ref().expect("a patch");
         // The nine vertices of the cross-section.
@@ -263,7 +261,7 @@ fn two_points_pulled_apart_tear_the_mesh_between_them() {
     let [
         EventKind::Crossed { .. },
         EventKind::Torn { faces },
-        EventKind::FragmentBorn { .. },
+        EventKind::Followed(Effect::FragmentBorn { .. }),
     ] = kinds[..]
     else {
         panic!("{kinds:?}")
