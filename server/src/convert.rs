@@ -64,11 +64,11 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
     };
     let mesh = scene.mesh.unwrap_or_default();
     client_only("", mesh.file_unit_metres, "scene.mesh")?;
-    let mesh = mesh.source.ok_or_else(|| missing("scene.mesh"))?;
+    let source = mesh.source.ok_or_else(|| missing("scene.mesh"))?;
     let scene = engine::Scene {
         title: scene.title,
         motion,
-        mesh: mesh_source(mesh, assets)?,
+        mesh: mesh_source(source, mesh.fill, assets)?,
         mapping: mapping(scene.mapping.unwrap_or_default())?,
         rules: (scene.rules.into_iter().enumerate())
             .map(|(i, rule)| rule::rule(i, rule))
@@ -141,21 +141,38 @@ fn tracking(tracking: v1::Tracking) -> engine::Tracking {
     }
 }
 
-fn mesh_source(source: v1::mesh::Source, assets: &Assets) -> Result<engine::MeshSource> {
+fn mesh_source(
+    source: v1::mesh::Source,
+    fill: Option<v1::Fill>,
+    assets: &Assets,
+) -> Result<engine::MeshSource> {
     use v1::mesh::Source;
-    match source {
-        Source::Grid(given) => grid(given, "scene.mesh.grid").map(engine::MeshSource::Grid),
-        Source::Asset(name) => {
-            let given = prost::Message::decode(assets.get(&name)?)
-                .map_err(|error| ServiceError::Garbled(format!("{name}: {error}")))?;
-            grid(given, "scene.mesh.grid").map(engine::MeshSource::Grid)
+    let given = match source {
+        Source::Grid(given) => given,
+        Source::Asset(name) => prost::Message::decode(assets.get(&name)?)
+            .map_err(|error| ServiceError::Garbled(format!("{name}: {error}")))?,
+        Source::Lattice(given) => {
+            if fill.is_some() {
+                let problem = "fills a surface, and a lattice has none to fill";
+                let remedy = "give the lattice or the filling of another source";
+                return Err(invalid("CONFLICT", "scene.mesh.fill", problem, remedy));
+            }
+            return lattice(given).map(engine::MeshSource::Lattice);
         }
-        Source::Lattice(given) => lattice(given).map(engine::MeshSource::Lattice),
         Source::File(path) => {
             client_only(&path, 0.0, "scene.mesh")?;
-            Err(missing("scene.mesh"))
+            return Err(missing("scene.mesh"));
         }
-    }
+    };
+    let grid = grid(given, "scene.mesh.grid")?;
+    let Some(v1::Fill { shape, spacing }) = fill else {
+        return Ok(engine::MeshSource::Grid(grid));
+    };
+    Ok(engine::MeshSource::Fill(engine::Fill {
+        skin: grid,
+        shape: cell_shape(shape, "scene.mesh.fill.shape")?,
+        spacing,
+    }))
 }
 
 /// Reads a grid; its structure and its geometry are checked by the engine.
@@ -174,14 +191,16 @@ fn grid(grid: v1::UnstructuredGrid, field: &str) -> Result<Grid> {
     })
 }
 
+fn cell_shape(shape: i32, field: &str) -> Result<engine::CellShape> {
+    Ok(match known::<v1::CellShape>(shape, field)? {
+        v1::CellShape::Hexahedron => engine::CellShape::Hexahedron,
+        v1::CellShape::Unspecified | v1::CellShape::Tetrahedron => engine::CellShape::Tetrahedron,
+    })
+}
+
 fn lattice(lattice: v1::Lattice) -> Result<engine::Lattice> {
     Ok(engine::Lattice {
-        shape: match known::<v1::CellShape>(lattice.shape, "scene.mesh.lattice.shape")? {
-            v1::CellShape::Hexahedron => engine::CellShape::Hexahedron,
-            v1::CellShape::Unspecified | v1::CellShape::Tetrahedron => {
-                engine::CellShape::Tetrahedron
-            }
-        },
+        shape: cell_shape(lattice.shape, "scene.mesh.lattice.shape")?,
         spacing: lattice.spacing,
         radius: lattice.radius,
         bones: lattice

@@ -9,10 +9,14 @@ const POINTS: usize = 12;
 
 /// Cubes in the unit cube, which open around whatever is stretched by a fifth.
 fn brittle(cubes: usize) -> Scene {
+    brittle_within(scenes::block(POINTS, cubes, scenes::Rule::Mean))
+}
+
+fn brittle_within(scene: Scene) -> Scene {
     let rule = r#"[{"measure": {"edges": {}}, "threshold": 0.2, "action": {"open": {}}}]"#;
     Scene {
         rules: serde_json::from_str(rule).unwrap(),
-        ..scenes::block(POINTS, cubes, scenes::Rule::Mean)
+        ..scene
     }
 }
 
@@ -38,6 +42,31 @@ fn a_recording_tears_a_scene_alike_on_any_number_of_threads() {
         let torn = session.get().await.unwrap();
         assert!(torn.vertex_count > 9 * 9 * 9, "it tears");
         digests
+    });
+}
+
+/// Paper 000, figure 12: a surface that borders a filled volume.
+#[test]
+fn a_filled_surface_tears_like_the_volume_that_it_borders() {
+    live(async {
+        let server = TestServer::start().await;
+        let mut torn = Vec::new();
+        for scene in [
+            brittle(4),
+            brittle_within(scenes::filled(POINTS, 4, scenes::Rule::Mean)),
+        ] {
+            let session = server.create("", scene).await;
+            let mut source = session.source().await;
+            for n in 1..=12 {
+                session
+                    .step_to(&mut source, &pulled(0.05 * f64::from(n)))
+                    .await;
+            }
+            let session = session.get().await.unwrap();
+            torn.push((session.vertex_count, session.cell_count));
+        }
+        assert_eq!(torn[0], torn[1]);
+        assert!(torn[0].0 > 125 && torn[0].1 == 64, "{torn:?}");
     });
 }
 

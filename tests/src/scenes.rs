@@ -1,8 +1,8 @@
 //! Scenes for tests, as a client posts them.
 
-use sinew_mesh::{Grid, shapes};
+use sinew_mesh::{Cell, CellType, Grid, shapes};
 use sinew_proto::v1::{
-    self, CellShape, ExternalPoints, Indices, Lattice, Mapping, MassSpring, Mesh, Motion,
+    self, CellShape, ExternalPoints, Fill, Indices, Lattice, Mapping, MassSpring, Mesh, Motion,
     MotionRule, Pace, Precision, Reals, Scene, ShapeMatching, UnstructuredGrid, Vector3,
     WeightedMean, mesh, motion, motion_rule,
 };
@@ -32,6 +32,35 @@ pub fn block(points: usize, cubes: usize, rule: Rule) -> Scene {
 /// A small scene with external motion: 8 points, 8 cubes.
 pub fn small() -> Scene {
     block(8, 2, Rule::Mean)
+}
+
+/// The [`block`] of cubes, posted as no more than the surface of the unit cube, with its filling.
+pub fn filled(points: usize, cubes: usize, rule: Rule) -> Scene {
+    let corners = shapes::hexahedra(1, 1, 1);
+    let surface = sinew_mesh::surface(&corners.cells);
+    let mut skin = Grid {
+        positions: corners.positions,
+        ..Grid::default()
+    };
+    for triangle in &surface.triangles {
+        skin.cells.push(Cell {
+            kind: CellType::Triangle,
+            vertices: triangle,
+            face_stream: &[],
+        });
+    }
+    let fill = Fill {
+        shape: CellShape::Hexahedron.into(),
+        spacing: (cubes as f64).recip(),
+    };
+    Scene {
+        mesh: Some(Mesh {
+            source: Some(mesh::Source::Grid(grid(&skin))),
+            fill: Some(fill),
+            ..Mesh::default()
+        }),
+        ..block(points, cubes, rule)
+    }
 }
 
 /// The labels `p0`, `p1`, … of the points of [`block`].

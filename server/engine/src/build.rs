@@ -14,7 +14,7 @@ use crate::{
     rest::Rest,
     rule::Action,
     rules::Rules,
-    scene::{ExternalPoints, Lattice, MeshSource, Motion, Scene, SceneError},
+    scene::{ExternalPoints, Fill, Lattice, MeshSource, Motion, Scene, SceneError},
     topology::Topology,
     world::{LIMIT, Source, World, first_out_of_range},
 };
@@ -117,7 +117,14 @@ fn mesh_grid(mesh: MeshSource, points: &mut Points) -> Result<Grid, SceneError> 
     match mesh {
         MeshSource::Grid(grid) => checked(grid, &mut points.warnings),
         MeshSource::Lattice(lattice) => lattice_grid(&lattice, points),
+        MeshSource::Fill(fill) => filled(fill),
     }
+}
+
+fn filled(fill: Fill) -> Result<Grid, SceneError> {
+    fill.skin.check().map_err(|error| grid_refusal(&error))?;
+    sinew_mesh::fill(fill.shape, fill.spacing, &fill.skin)
+        .map_err(|error| kernel_refusal("FILL_REFUSED", "scene.mesh.fill", &error))
 }
 
 fn check_time_step(time_step: f64) -> Result<(), SceneError> {

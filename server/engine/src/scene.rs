@@ -90,6 +90,19 @@ pub enum MeshSource {
     Grid(Grid),
     /// Made around the points.
     Lattice(Lattice),
+    /// Made inside a surface.
+    Fill(Fill),
+}
+
+/// The inside of a closed surface.
+#[derive(Clone, Debug)]
+pub struct Fill {
+    /// The surface.
+    pub skin: Grid,
+    /// What the cells are.
+    pub shape: CellShape,
+    /// Distance between neighbouring vertices, m.
+    pub spacing: f64,
 }
 
 /// A lattice around points and bones.

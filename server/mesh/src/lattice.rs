@@ -3,13 +3,8 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::{Cell, CellShape, CellType, Cells, Grid, stuffing};
-
-/// The most cells that [`lattice`] makes.
-pub const MOST_CELLS: u64 = 20_000_000;
-
-/// The farthest that a solid may reach from the origin along an axis, in spacings.
-const REACH: f64 = (1 << 19) as f64;
+use crate::solid::{MOST_CELLS, Sample, Solid, between, build, check_spacing, limit, whole};
+use crate::{CellShape, Grid};
 
 /// All points within `radius` of the segment from `start` to `end`; a ball where these are the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,25 +123,7 @@ pub enum LatticeError {
 /// [`LatticeError`], before anything large is allocated.
 pub fn lattice(shape: CellShape, spacing: f64, solid: &[Capsule]) -> Result<Grid, LatticeError> {
     validate(spacing, solid)?;
-    let per_cube = match shape {
-        CellShape::Hexahedron => 1.0,
-        CellShape::Tetrahedron => 12.0,
-    };
-    let cells = per_cube * cubes(spacing, solid);
-    if cells > MOST_CELLS as f64 {
-        let mut enough = spacing;
-        while per_cube * cubes(enough, solid) > MOST_CELLS as f64 && enough.is_finite() {
-            enough *= 1.1;
-        }
-        return Err(LatticeError::TooMany { cells, enough });
-    }
-    let pieces: Vec<_> = (solid.iter())
-        .flat_map(|capsule| capsule.pieces(spacing))
-        .collect();
-    let grid = match shape {
-        CellShape::Hexahedron => stack_cubes(spacing, &pieces),
-        CellShape::Tetrahedron => stuffing::stuff(spacing, &pieces),
-    };
+    let grid = build(shape, spacing, &Capsules::new(spacing, solid))?;
     if grid.cells.is_empty() {
         let radius = solid
             .iter()
@@ -158,13 +135,10 @@ pub fn lattice(shape: CellShape, spacing: f64, solid: &[Capsule]) -> Result<Grid
 }
 
 fn validate(spacing: f64, solid: &[Capsule]) -> Result<(), LatticeError> {
-    let positive = |value: f64| value.is_finite() && value > 0.0;
-    if !positive(spacing) {
-        return Err(LatticeError::Spacing { value: spacing });
-    }
-    let limit = (REACH - 4.0) * spacing;
+    check_spacing(spacing)?;
+    let limit = limit(spacing);
     for (capsule, Capsule { start, end, radius }) in solid.iter().enumerate() {
-        if !positive(*radius) {
+        if !(radius.is_finite() && *radius > 0.0) {
             let value = *radius;
             return Err(LatticeError::Radius { capsule, value });
         }
@@ -187,146 +161,107 @@ fn validate(spacing: f64, solid: &[Capsule]) -> Result<(), LatticeError> {
     Ok(())
 }
 
-/// About how many cubes lie in the solid or cross its surface, overlaps counted twice.
-fn cubes(spacing: f64, solid: &[Capsule]) -> f64 {
-    let grown = solid.iter().map(|capsule| Capsule {
-        radius: capsule.radius + 0.5 * spacing,
-        ..*capsule
-    });
-    grown.map(|capsule| capsule.volume()).sum::<f64>() / spacing.powi(3)
+/// A union of capsules.
+struct Capsules<'a> {
+    whole: &'a [Capsule],
+    pieces: Vec<Capsule>,
 }
 
-/// Calls `visit` with `[x, y, z]` and the depth of each point `(index + shift) spacing` that lies in a piece's box
-/// grown by `margin`.
-pub(crate) fn for_each_near(
-    piece: &Capsule,
-    spacing: f64,
-    shift: f64,
-    margin: f64,
-    mut visit: impl FnMut([i64; 3], f64),
-) {
-    let reach = piece.radius + margin;
-    let range = |axis: usize| {
-        let (low, high) = (
-            piece.start[axis].min(piece.end[axis]),
-            piece.start[axis].max(piece.end[axis]),
-        );
-        let first = whole(((low - reach) / spacing - shift).ceil());
-        first..=whole(((high + reach) / spacing - shift).floor())
-    };
-    for z in range(2) {
-        for y in range(1) {
-            for x in range(0) {
-                let index = Vector3::new(x as f64, y as f64, z as f64);
-                visit([x, y, z], piece.depth(&(index.add_scalar(shift) * spacing)));
-            }
+impl<'a> Capsules<'a> {
+    fn new(spacing: f64, whole: &'a [Capsule]) -> Self {
+        let pieces = whole.iter().flat_map(|capsule| capsule.pieces(spacing));
+        Self {
+            whole,
+            pieces: pieces.collect(),
         }
     }
 }
 
-/// `value` is a whole number that `validate` has bounded by a few times [`REACH`].
-#[expect(clippy::cast_possible_truncation, reason = "whole and far below 2^63")]
-fn whole(value: f64) -> i64 {
-    value as i64
-}
-
-/// Number of bits that a [`Place`] spends on each axis.
-const BITS: u32 = 21;
-
-/// A point of an integer grid, packed so that places compare by z, then y, then x, and that a constant step is a
-/// constant difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Place(i64);
-
-impl Place {
-    /// Each coordinate must stay within ±2²⁰.
-    pub(crate) fn new([x, y, z]: [i64; 3]) -> Self {
-        Self(x + (y << BITS) + (z << (2 * BITS)))
-    }
-
-    pub(crate) fn coordinates(self) -> [i64; 3] {
-        let half = 1 << (BITS - 1);
-        let lowest = |packed: i64| ((packed + half) & (2 * half - 1)) - half;
-        let x = lowest(self.0);
-        let y = lowest((self.0 - x) >> BITS);
-        let z = (((self.0 - x) >> BITS) - y) >> BITS;
-        [x, y, z]
-    }
-
-    pub(crate) fn step(self, by: [i64; 3]) -> Self {
-        Self(self.0 + Self::new(by).0)
-    }
-
-    pub(crate) fn position(self, spacing: f64) -> Vector3<f64> {
-        Vector3::from(self.coordinates().map(|at| at as f64)) * spacing
-    }
-}
-
-/// For ascending `queries`, where each stands in the ascending `places`, if it does: one sweep, no search.
-pub(crate) fn find_sorted(
-    places: &[Place],
-    queries: impl Iterator<Item = Place>,
-) -> impl Iterator<Item = Option<usize>> {
-    let mut at = 0;
-    queries.map(move |query| {
-        while at < places.len() && places[at] < query {
-            at += 1;
-        }
-        (places.get(at) == Some(&query)).then_some(at)
-    })
-}
-
-/// The cubes whose centre lies in a piece.
-fn stack_cubes(spacing: f64, pieces: &[Capsule]) -> Grid {
-    let mut cubes = Vec::new();
-    for piece in pieces {
-        for_each_near(piece, spacing, 0.5, 0.0, |index, depth| {
-            if depth >= 0.0 {
-                cubes.push(Place::new(index));
+impl Solid for Capsules<'_> {
+    fn sample(
+        &self,
+        spacing: f64,
+        shift: f64,
+        margin: f64,
+        mut visit: impl FnMut([i64; 3], u32, f64),
+    ) {
+        for (number, piece) in (0u32..).zip(&self.pieces) {
+            let reach = piece.radius + margin;
+            let range = |axis: usize| {
+                let low = piece.start[axis].min(piece.end[axis]);
+                let high = piece.start[axis].max(piece.end[axis]);
+                between(low - reach, high + reach, spacing, shift)
+            };
+            for z in range(2) {
+                for y in range(1) {
+                    for x in range(0) {
+                        let index = Vector3::new(x as f64, y as f64, z as f64);
+                        let depth = piece.depth(&(index.add_scalar(shift) * spacing));
+                        visit([x, y, z], number, depth);
+                    }
+                }
             }
-        });
+        }
     }
-    cubes.sort_unstable();
-    cubes.dedup();
 
-    let mut corners = cubes.clone();
-    for step in [[1, 0, 0], [0, 1, 0], [0, 0, 1]] {
-        let stepped: Vec<_> = corners.iter().map(|corner| corner.step(step)).collect();
-        corners.extend(stepped);
-        // Two ascending runs: the stable sort merges them in one pass.
-        corners.sort();
-        corners.dedup();
+    fn depth(&self, samples: &[Sample]) -> f64 {
+        let depths = samples.iter().map(|sample| sample.depth);
+        depths.fold(f64::NEG_INFINITY, f64::max)
     }
-    let around = [
-        [0, 0, 0],
-        [1, 0, 0],
-        [1, 1, 0],
-        [0, 1, 0],
-        [0, 0, 1],
-        [1, 0, 1],
-        [1, 1, 1],
-        [0, 1, 1],
-    ];
-    let mut found =
-        around.map(|step| find_sorted(&corners, cubes.iter().map(move |cube| cube.step(step))));
-    let mut cells = Cells::default();
-    for _ in &cubes {
-        let vertices = found.each_mut().map(|corner| {
-            let corner = corner
-                .next()
-                .flatten()
-                .expect("every cube's corners are in the list");
-            u32::try_from(corner).expect("MOST_CELLS bounds the corners")
-        });
-        cells.push(Cell {
-            kind: CellType::Hexahedron,
-            vertices: &vertices,
-            face_stream: &[],
-        });
+
+    fn crossing(
+        &self,
+        near: &[Sample],
+        (from, inside): (Vector3<f64>, f64),
+        (to, outside): (Vector3<f64>, f64),
+    ) -> f64 {
+        // Whatever is deepest somewhere on the way, and there not outside, is sampled at its start.
+        let depth = |fraction: f64| {
+            let point = from + (to - from) * fraction;
+            let depths = near
+                .iter()
+                .map(|sample| self.pieces[sample.part as usize].depth(&point));
+            depths.fold(f64::NEG_INFINITY, f64::max)
+        };
+        root(depth, inside, outside)
     }
-    let positions = corners
-        .iter()
-        .map(|corner| corner.position(spacing))
-        .collect();
-    Grid { positions, cells }
+
+    /// Overlaps count twice.
+    fn cubes(&self, spacing: f64) -> f64 {
+        let grown = self.whole.iter().map(|capsule| Capsule {
+            radius: capsule.radius + 0.5 * spacing,
+            ..*capsule
+        });
+        grown.map(|capsule| capsule.volume()).sum::<f64>() / spacing.powi(3)
+    }
+}
+
+/// Where `depth` falls through 0 between 0, where it is `inside` > 0, and 1, where it is `outside` < 0. (The Illinois
+/// variant of false position: as safe as bisection, and much faster for a function that is nearly linear.)
+fn root(depth: impl Fn(f64) -> f64, inside: f64, outside: f64) -> f64 {
+    let (mut low, mut high) = ((0.0, inside), (1.0, outside));
+    let small = 1e-14 * (inside - outside);
+    let mut at = 0.0;
+    let mut last = 0.0;
+    // About 8 suffice for a ball; a kink between two pieces can cost as much as bisection.
+    for _ in 0..64 {
+        at = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
+        let value = depth(at);
+        if value.abs() <= small {
+            break;
+        }
+        if value > 0.0 {
+            low = (at, value);
+            if last > 0.0 {
+                high.1 /= 2.0;
+            }
+        } else {
+            high = (at, value);
+            if last < 0.0 {
+                low.1 /= 2.0;
+            }
+        }
+        last = value;
+    }
+    at
 }

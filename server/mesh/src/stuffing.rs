@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use crate::lattice::{Capsule, Place, find_sorted, for_each_near};
+use crate::solid::{Place, Sample, Solid, find_sorted};
 use crate::{Cell, CellType, Cells, Grid};
 
 /// How close to an end a crossing must be to move it, as a fraction of a long edge.
@@ -47,19 +47,12 @@ const RINGS: [(usize, [usize; 4]); 3] = [
 /// No such neighbour.
 const NONE: u32 = u32::MAX;
 
-/// Fills the union of `pieces` with tetrahedra; `spacing` is the length of the long edges, m.
-pub(crate) fn stuff(spacing: f64, pieces: &[Capsule]) -> Grid {
-    let mut lattice = Lattice::new(spacing, pieces);
-    lattice.cut(pieces);
+/// Fills `solid` with tetrahedra; `spacing` is the length of the long edges, m.
+pub(crate) fn stuff(spacing: f64, solid: &impl Solid) -> Grid {
+    let mut lattice = Lattice::new(spacing, solid);
+    lattice.cut(solid);
     lattice.warp();
     lattice.fill()
-}
-
-/// How deep a lattice point lies in one piece.
-struct Sample {
-    place: Place,
-    piece: u32,
-    depth: f64,
 }
 
 /// Where the surface crosses an edge of the lattice.
@@ -88,34 +81,24 @@ struct Lattice {
 }
 
 impl Lattice {
-    fn new(spacing: f64, pieces: &[Capsule]) -> Self {
+    fn new(spacing: f64, solid: &impl Solid) -> Self {
         // A tetrahedron with a vertex inside has the others within one long edge; the rest allows for rounding.
         let margin = 1.001 * spacing;
         let mut samples = Vec::new();
-        for (piece, capsule) in (0u32..).zip(pieces) {
-            for half in [0, 1] {
-                let shift = half as f64 / 2.0;
-                for_each_near(capsule, spacing, shift, margin, |index, depth| {
-                    if depth > -margin {
-                        let place = Place::new(index.map(|at| 2 * at + half));
-                        samples.push(Sample {
-                            place,
-                            piece,
-                            depth,
-                        });
-                    }
-                });
-            }
+        for half in [0, 1] {
+            let shift = half as f64 / 2.0;
+            solid.sample(spacing, shift, margin, |index, part, depth| {
+                if depth > -margin {
+                    let place = Place::new(index.map(|at| 2 * at + half));
+                    samples.push(Sample { place, part, depth });
+                }
+            });
         }
-        samples.sort_unstable_by_key(|sample| (sample.place, sample.piece));
+        samples.sort_unstable_by_key(|sample| (sample.place, sample.part));
         let (mut places, mut depths, mut starts) = (Vec::new(), Vec::new(), vec![0]);
         for same in samples.chunk_by(|a, b| a.place == b.place) {
             places.push(same[0].place);
-            depths.push(
-                same.iter()
-                    .map(|sample| sample.depth)
-                    .fold(f64::NEG_INFINITY, f64::max),
-            );
+            depths.push(solid.depth(same));
             starts.push(starts[starts.len() - 1] + same.len());
         }
         let mut neighbours = vec![[NONE; 14]; places.len()];
@@ -139,7 +122,7 @@ impl Lattice {
     }
 
     /// Finds where the surface crosses edges.
-    fn cut(&mut self, pieces: &[Capsule]) {
+    fn cut(&mut self, solid: &impl Solid) {
         for inside in 0..self.places.len() {
             if self.depths[inside] <= 0.0 {
                 continue;
@@ -149,23 +132,15 @@ impl Lattice {
                 if outside == NONE || self.depths[outside as usize] >= 0.0 {
                     continue;
                 }
-                let (from, to) = (self.positions[inside], self.positions[outside as usize]);
-                let at = |fraction: f64| from + (to - from) * fraction;
-                // Whatever is deepest somewhere on the edge, and there not outside, is sampled at its inner end.
                 let near = &self.samples[self.starts[inside]..self.starts[inside + 1]];
-                let depth = |fraction: f64| {
-                    let point = at(fraction);
-                    let depths = near
-                        .iter()
-                        .map(|sample| pieces[sample.piece as usize].depth(&point));
-                    depths.fold(f64::NEG_INFINITY, f64::max)
-                };
-                let fraction = root(depth, self.depths[inside], self.depths[outside as usize]);
+                let end = |point: usize| (self.positions[point], self.depths[point]);
+                let (from, to) = (end(inside), end(outside as usize));
+                let fraction = solid.crossing(near, from, to);
                 self.crossings.push(Crossing {
                     inside: index(inside),
                     outside,
                     fraction,
-                    position: at(fraction),
+                    position: from.0 + (to.0 - from.0) * fraction,
                 });
             }
         }
@@ -374,34 +349,4 @@ fn assemble(positions: &[Vector3<f64>], mut tetrahedra: Vec<[u32; 4]>) -> Grid {
 
 fn index(point: usize) -> u32 {
     u32::try_from(point).expect("MOST_CELLS bounds the lattice")
-}
-
-/// Where `depth` falls through 0 between 0, where it is `inside` > 0, and 1, where it is `outside` < 0. (The Illinois
-/// variant of false position: as safe as bisection, and much faster for a function that is nearly linear.)
-fn root(depth: impl Fn(f64) -> f64, inside: f64, outside: f64) -> f64 {
-    let (mut low, mut high) = ((0.0, inside), (1.0, outside));
-    let small = 1e-14 * (inside - outside);
-    let mut at = 0.0;
-    let mut last = 0.0;
-    // About 8 suffice for a ball; a kink between two pieces can cost as much as bisection.
-    for _ in 0..64 {
-        at = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
-        let value = depth(at);
-        if value.abs() <= small {
-            break;
-        }
-        if value > 0.0 {
-            low = (at, value);
-            if last > 0.0 {
-                high.1 /= 2.0;
-            }
-        } else {
-            high = (at, value);
-            if last < 0.0 {
-                low.1 /= 2.0;
-            }
-        }
-        last = value;
-    }
-    at
 }

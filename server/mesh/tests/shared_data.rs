@@ -7,7 +7,9 @@ use std::fs;
 use std::path::Path;
 
 use nalgebra::Vector3;
-use sinew_mesh::{Cell, CellType, Cells, Grid, Inspection, inspect, repair, surface};
+use sinew_mesh::{
+    Cell, CellShape, CellType, Cells, Grid, Inspection, fill, inspect, repair, surface,
+};
 
 /// The file's text, or `None` (and a note) where there is no shared folder.
 fn text(file: &str) -> Option<String> {
@@ -135,6 +137,20 @@ fn assert_repairable(grid: Grid) {
     assert_eq!(miswound_edges, [[0; 2]; 0]);
 }
 
+/// Some 50,000 tetrahedra hold what the surface encloses, but for what is thinner than they are.
+fn assert_fillable(grid: &Grid, volume: f64, file: &str) {
+    let spacing = (volume * 12.0 / 50_000.0).cbrt();
+    let filled = fill(CellShape::Tetrahedron, spacing, grid).unwrap();
+    let found = inspect(&filled);
+    assert_eq!(found.inverted_cells, [], "{file}");
+    assert_eq!(found.non_manifold_faces, [[0; 0]; 0], "{file}");
+    // These overlap: what both enclose is filled once, and counts twice in the signed volume.
+    let overlap = file == "cinolib_two_spheres.obj";
+    let least = if overlap { 0.8 } else { 0.95 };
+    let share = found.volume / volume;
+    assert!((least..1.02).contains(&share), "{file}: {share}");
+}
+
 /// File, reader, boundary triangles, inverted cells, zero-volume cells, non-manifold edges, unused vertices.
 type Tetrahedra = (&'static str, fn(&str) -> Grid, [usize; 5]);
 
@@ -212,6 +228,9 @@ fn surfaces_are_as_the_manifest_says() {
             found.volume
         );
         assert_eq!(found.miswound_edges, [[0; 2]; 0], "{file}");
+        if volume > 0.0 {
+            assert_fillable(&grid, volume, file);
+        }
         assert_repairable(grid);
     }
 }

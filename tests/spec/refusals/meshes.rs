@@ -1,7 +1,7 @@
 //! Meshes: grids, assets and lattices.
 
 use sinew_mesh::{Grid, shapes};
-use sinew_proto::v1::{Bone, CellShape, Indices, Lattice, Scene, mesh};
+use sinew_proto::v1::{Bone, CellShape, Fill, Indices, Lattice, Scene, mesh};
 use sinew_tests::{live, scenes as posted};
 use tonic::Code;
 
@@ -151,6 +151,50 @@ fn boned() -> Scene {
 
 fn bone(scene: &mut Scene) -> &mut Bone {
     &mut posted::lattice(scene).bones[0]
+}
+
+fn skinned() -> Scene {
+    posted::filled(8, 2, posted::Rule::Mean)
+}
+
+fn fill(scene: &mut Scene) -> &mut Option<Fill> {
+    &mut scene.mesh.get_or_insert_default().fill
+}
+
+fn space(scene: &mut Scene, spacing: f64) {
+    fill(scene).get_or_insert_default().spacing = spacing;
+}
+
+#[test]
+fn surfaces_that_cannot_be_filled() {
+    const FILL: &str = "scene.mesh.fill";
+    each(posted::small, &[(|s| space(s, 0.5), "FILL_REFUSED", FILL)]);
+    each(boned, &[(|s| space(s, 0.5), "CONFLICT", FILL)]);
+    each(
+        skinned,
+        &[
+            (|s| space(s, 0.0), "FILL_REFUSED", FILL),
+            (|s| space(s, f64::NAN), "FILL_REFUSED", FILL),
+            (|s| space(s, 1e-4), "FILL_REFUSED", FILL),
+            (|s| space(s, 1e-9), "FILL_REFUSED", FILL),
+            (|s| space(s, 100.0), "FILL_REFUSED", FILL),
+            (
+                |s| fill(s).get_or_insert_default().shape = 7,
+                "ENUM_UNKNOWN",
+                "scene.mesh.fill.shape",
+            ),
+            (
+                |s| {
+                    let grid = posted::mesh(s);
+                    grid.connectivity = Some(Indices::pack(&[0, 1, 2]));
+                    grid.offsets = Some(Indices::pack(&[0, 3]));
+                    grid.cell_types.truncate(1);
+                },
+                "FILL_REFUSED",
+                FILL,
+            ),
+        ],
+    );
 }
 
 #[test]

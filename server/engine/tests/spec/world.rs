@@ -289,7 +289,7 @@ fn points(scene: &mut Scene) -> &mut ExternalPoints {
 fn grid(scene: &mut Scene) -> &mut Grid {
     match &mut scene.mesh {
         MeshSource::Grid(grid) => grid,
-        MeshSource::Lattice(_) => unreachable!("the cube is a grid"),
+        MeshSource::Lattice(_) | MeshSource::Fill(_) => unreachable!("the cube is a grid"),
     }
 }
 const SPOILS: [Spoil; 12] = [
