@@ -12,7 +12,7 @@ use v1::{
 };
 
 use crate::{
-    CaptureClock, ClientError, MotionStream, Recording, Subscription, Watch, grid,
+    ClientError, MotionStream, Recording, Subscription, Watch, grid,
     motion::{self, Pinger},
     upload,
 };
@@ -242,7 +242,7 @@ impl Client {
     /// Opens a stream of motion as it is captured ([`v1::Delivery::Live`]): as [`Client::stream_motion`], with pings
     /// between the frames, by which the session learns the source's clock.
     ///
-    /// * `clock` - that of the frames' capture times; see [`crate::paced_by`].
+    /// * `clock` - what that of the frames' capture times shows now, s; see [`crate::CaptureClock`].
     ///
     /// # Errors
     /// The server's refusal of the Hello.
@@ -250,7 +250,7 @@ impl Client {
         &self,
         mut hello: v1::Hello,
         frames: impl futures::Stream<Item = v1::MotionFrame> + Send + 'static,
-        clock: CaptureClock,
+        clock: impl Fn() -> f64 + Send + Sync + 'static,
     ) -> Result<MotionStream, ClientError> {
         hello.set_delivery(v1::Delivery::Live);
         let pinger = Pinger::new(clock);

@@ -1,6 +1,7 @@
 //! Motion on its way to a session.
 
 use std::{
+    fmt,
     sync::{Arc, Mutex, PoisonError},
     time::Duration,
 };
@@ -8,6 +9,7 @@ use std::{
 use bytes::Bytes;
 use futures::{Stream, StreamExt as _, stream};
 use nalgebra::Vector3;
+use sinew_bridges::OCCLUDED;
 use sinew_formats::take::Take;
 use sinew_proto::v1::{
     Accepted, Ack, Hello, MotionFrame, Ping, Precision, Reals, StreamMotionRequest,
@@ -17,9 +19,6 @@ use tokio::time::{Instant, sleep_until};
 use tonic::Streaming;
 
 use crate::{ClientError, grid::flatten};
-
-/// Bit 0 of a point's flags.
-const OCCLUDED: u8 = 1;
 
 /// A stream of motion that a session has accepted; made by [`crate::Client::stream_motion`].
 #[derive(Debug)]
@@ -64,31 +63,38 @@ const QUICK_PERIOD: Duration = Duration::from_millis(10);
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Asks for the session's clock. The half that sends and the one that hears share it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Pinger {
-    clock: CaptureClock,
+    /// What the source's clock shows now, s.
+    now: Arc<dyn Fn() -> f64 + Send + Sync>,
     /// When the last ping's answer came, s.
     returned: Arc<Mutex<Option<f64>>>,
 }
 
+impl fmt::Debug for Pinger {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "Pinger({} s)", (self.now)())
+    }
+}
+
 impl Pinger {
-    pub(crate) fn new(clock: CaptureClock) -> Self {
+    pub(crate) fn new(now: impl Fn() -> f64 + Send + Sync + 'static) -> Self {
         Self {
-            clock,
+            now: Arc::new(now),
             returned: Arc::default(),
         }
     }
 
     fn answered(&self) {
         let mut returned = self.returned.lock().unwrap_or_else(PoisonError::into_inner);
-        *returned = Some(self.clock.now());
+        *returned = Some((self.now)());
     }
 
     fn ping(&self) -> Ping {
         let mut returned = self.returned.lock().unwrap_or_else(PoisonError::into_inner);
         Ping {
             returned_seconds: returned.take(),
-            sent_seconds: self.clock.now(),
+            sent_seconds: (self.now)(),
         }
     }
 
@@ -192,27 +198,35 @@ pub fn motion_frame(
     positions: &[Vector3<f64>],
     visible: &[bool],
 ) -> MotionFrame {
-    let seen = |(position, visible): (&Vector3<f64>, &bool)| {
-        *visible && position.iter().all(|x| x.is_finite())
+    let flags: Vec<u8> = visible.iter().map(|visible| u8::from(!visible)).collect();
+    flagged_frame(sequence, capture_time_seconds, positions, &flags)
+}
+
+/// [`motion_frame`] of points with all that is known of them.
+///
+/// * `positions`, `flags` - one per point; flags as in [`MotionFrame`].
+pub(crate) fn flagged_frame(
+    sequence: u64,
+    capture_time_seconds: f64,
+    positions: &[Vector3<f64>],
+    flags: &[u8],
+) -> MotionFrame {
+    let place = |(position, flags): (&Vector3<f64>, &u8)| {
+        let seen = flags & OCCLUDED == 0 && position.iter().all(|x| x.is_finite());
+        match seen {
+            true => (*position, *flags),
+            false => (Vector3::zeros(), flags | OCCLUDED),
+        }
     };
-    let seen: Vec<bool> = positions.iter().zip(visible).map(seen).collect();
-    let positions: Vec<_> = positions
-        .iter()
-        .zip(&seen)
-        .map(|(position, seen)| if *seen { *position } else { Vector3::zeros() })
-        .collect();
-    let flags = if seen.iter().all(|seen| *seen) {
-        Bytes::new()
-    } else {
-        seen.iter()
-            .map(|seen| if *seen { 0 } else { OCCLUDED })
-            .collect()
-    };
+    let (positions, flags): (Vec<_>, Vec<u8>) = positions.iter().zip(flags).map(place).unzip();
     MotionFrame {
         sequence,
         capture_time_seconds,
         positions: Some(Reals::pack(&flatten(&positions), Precision::F64)),
-        flags,
+        flags: match flags.iter().all(|flags| *flags == 0) {
+            true => Bytes::new(),
+            false => flags.into(),
+        },
         source_sequence: None,
     }
 }

@@ -1,5 +1,6 @@
 //! `sinew`: scenes, takes and sessions from the command line.
 
+mod bridge;
 mod connection;
 #[cfg(feature = "embedded")]
 mod demo;
@@ -54,6 +55,7 @@ enum Command {
     Demo(demo::Arguments),
     Run(run::Arguments),
     Stream(stream::Arguments),
+    Bridge(bridge::Arguments),
     Record(record::Record),
     Replay(record::Replay),
     #[cfg(feature = "embedded")]
@@ -87,6 +89,7 @@ async fn main() -> ExitCode {
         Command::Demo(arguments) => demo::demo(arguments).await,
         Command::Run(arguments) => run::run(arguments).await,
         Command::Stream(arguments) => stream::stream(arguments).await,
+        Command::Bridge(arguments) => bridge::bridge(arguments).await,
         Command::Record(arguments) => record::record(arguments).await,
         Command::Replay(arguments) => record::replay(arguments).await,
         #[cfg(feature = "embedded")]

@@ -71,7 +71,9 @@ pub(crate) async fn stream(arguments: Arguments) -> Result<(), Failure> {
     let frames = take_frames(take, usize::try_from(total)?);
     let mut motion = if arguments.live {
         let frames = paced_by(clock, frames);
-        client.stream_motion_live(hello, frames, clock).await?
+        client
+            .stream_motion_live(hello, frames, move || clock.now())
+            .await?
     } else {
         let frames = match arguments.fast {
             true => Either::Left(frames),
@@ -100,7 +102,7 @@ pub(crate) async fn stream(arguments: Arguments) -> Result<(), Failure> {
 }
 
 /// How a live stream went.
-fn played(total: u64, ack: &v1::Ack, throttled: u64) -> Table {
+pub(crate) fn played(total: u64, ack: &v1::Ack, throttled: u64) -> Table {
     let mut table = Table::of_numbers();
     let mut row = |name: &str, value: String| {
         table.row([name, &value]);

@@ -1,0 +1,130 @@
+//! `sinew bridge`: live motion capture of other programs to a session.
+
+use std::net::SocketAddr;
+
+use clap::{Args, Subcommand, ValueEnum};
+use sinew_client::{
+    Relay, RelaySettings,
+    bridges::{Source, vmc},
+};
+use sinew_proto::v1;
+
+use crate::out::put;
+use crate::{
+    Failure,
+    connection::{Connection, session_name},
+    stream,
+};
+
+/// Hands on live motion capture of other programs to a session, until Ctrl-C.
+///
+/// The session's points are found among the source's by their labels; those that it does not send are occluded. A source
+/// or a server that goes away and comes back is followed again.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  sinew bridge osc --session stage                      VMC protocol, at UDP port 39539
+
+`sinew bridge KIND --help` shows examples of each kind.")]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    kind: Kind,
+}
+
+#[derive(Subcommand)]
+enum Kind {
+    /// Bones and trackers of an avatar by the VMC protocol (OSC over UDP): VirtualMotionCapture, VSeeFace, Waidayo, …
+    ///
+    /// Labels: `root`, the bones' names in Unity (Hips, LeftHand, …), the trackers' serial numbers. Positions are in the
+    /// world, in metres, y up and left-handed. Frames are timed by the sender's clock (/VMC/Ext/T) where it tells one.
+    #[command(after_help = "Examples:
+  sinew bridge osc --session stage
+  sinew bridge osc --session stage --listen 0.0.0.0:39540
+  sinew bridge osc --session stage --unit-metres 1.7      an avatar of unit height")]
+    Osc {
+        /// Where senders send to.
+        #[arg(long, value_name = "ADDRESS:PORT", default_value = "0.0.0.0:39539")]
+        listen: SocketAddr,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+/// Of every kind.
+#[derive(Args)]
+struct Common {
+    /// The session. Whoever streams to it is taken over from.
+    #[arg(long, value_name = "ID")]
+    session: String,
+    /// One frame, one step, as they come; without it steps follow the capture time.
+    #[arg(long)]
+    each: bool,
+    /// The source's rate. Without it: as the source says, or as its first frames come.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Metres per unit of length. Without it: as the source says.
+    #[arg(long, value_name = "METRES")]
+    unit_metres: Option<f64>,
+    /// The source's axes. Without it: as the source says, or the scene's.
+    #[arg(long)]
+    axes: Option<Axes>,
+    #[command(flatten)]
+    connection: Connection,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Axes {
+    /// Those of the scene.
+    Scene,
+    /// z up, right-handed: Vicon, Qualisys, ROS.
+    ZUp,
+    /// y up, right-handed: Motive, OpenSim.
+    YUp,
+    /// z up, left-handed: Unreal.
+    ZUpLeft,
+    /// y up, left-handed: Unity.
+    YUpLeft,
+}
+
+impl From<Axes> for v1::Axes {
+    fn from(axes: Axes) -> Self {
+        match axes {
+            Axes::Scene => Self::Unspecified,
+            Axes::ZUp => Self::ZUpRightHanded,
+            Axes::YUp => Self::YUpRightHanded,
+            Axes::ZUpLeft => Self::ZUpLeftHanded,
+            Axes::YUpLeft => Self::YUpLeftHanded,
+        }
+    }
+}
+
+pub(crate) async fn bridge(arguments: Arguments) -> Result<(), Failure> {
+    match arguments.kind {
+        Kind::Osc { listen, common } => common.relay(vmc::listen(listen).await?).await,
+    }
+}
+
+impl Common {
+    async fn relay(self, mut source: Source) -> Result<(), Failure> {
+        let settings = RelaySettings {
+            rate_hz: self.rate,
+            unit_metres: self.unit_metres,
+            axes: self.axes.map(Into::into),
+            delivery: match self.each {
+                true => v1::Delivery::Each,
+                false => v1::Delivery::Live,
+            },
+        };
+        let client = self.connection.open().await?;
+        let relay = Relay::to(client, &session_name(&self.session), settings).await?;
+        let stop = async {
+            tokio::signal::ctrl_c().await.ok(); // where it cannot be heard, nothing stops
+        };
+        let note = |text: String| eprintln!("sinew: {text}");
+        let relayed = relay.run(&mut source, stop, note).await?;
+        let mut table = stream::played(relayed.sent, &relayed.ack, relayed.throttled);
+        table.row(["dropped here", &relayed.dropped.to_string()]);
+        table.row(["streams", &relayed.streams.to_string()]);
+        put!("{table}");
+        Ok(())
+    }
+}
