@@ -122,6 +122,7 @@ fn kernels_depend_on_nothing_that_waits_serves_or_shows() {
     let outside = [
         "bytemuck",
         "kiddo",
+        "multiversion",
         "nalgebra",
         "rayon",
         "thiserror",

@@ -53,6 +53,7 @@ mod flood;
 #[cfg(test)]
 mod goldens;
 mod graph;
+mod lanes;
 mod linear;
 mod moving;
 mod paths;

@@ -5,11 +5,13 @@ use rayon::prelude::*;
 
 use crate::blocks::for_each_block;
 use crate::clusters::Clusters;
+use crate::lanes::LANES;
 use crate::quadratic::{Bend, Quadratic};
+use crate::rotation::Moments;
 use crate::{Fit, rotation};
 
 /// Clusters per task; a fit costs about as much as posing a hundred vertices.
-const FITS: usize = 64;
+const FITS: usize = LANES;
 
 /// Directions in which points spread by less than the square root of this, relative to the widest, count as unseen.
 const UNSEEN: f64 = 1e-9;
@@ -261,32 +263,31 @@ impl Shape {
                 &arms[range],
             )
         };
-        let rigid = |cluster: usize, rotation: &mut UnitQuaternion<f64>| {
-            let (set, shares, arms) = set(cluster);
-            let center = Center::of(set, shares, points);
-            let mut covariance = Matrix3::zeros(); // [M2]
-            let mut spread = 0.0;
-            for ((&j, &share), rest) in set.iter().zip(shares).zip(arms) {
-                let now = center.arm(&points[j as usize]);
-                let weighted = now * share;
-                covariance += weighted * rest.transpose();
-                spread += weighted.dot(&now);
-            }
-            let size = spread.sqrt() * spreads[cluster].sqrt();
-            *rotation = rotation::fit(&covariance, size, rotation);
-            (center, covariance, *rotation.to_rotation_matrix().matrix())
+        let rigid = |first: usize, rotations: &mut [UnitQuaternion<f64>]| {
+            let fits: Vec<(Center, Moments)> = (first..first + rotations.len())
+                .map(|cluster| moments(set(cluster), spreads[cluster], points))
+                .collect();
+            rotation::fit(fits.iter().map(|(_, moments)| moments), rotations);
+            let matrices = rotations.iter().map(|r| *r.to_rotation_matrix().matrix());
+            let fits = fits.into_iter().zip(matrices);
+            fits.map(|((center, moments), r)| (center, moments.covariance, r))
+                .collect::<Vec<_>>()
         };
-        let pairs = (rotations, motions);
+        let rotations = rotations.par_chunks_mut(FITS);
+        let motions = motions.par_chunks_mut(FITS);
         match mode {
-            Mode::Rigid => for_each_cluster(pairs, |cluster, (rotation, motion)| {
-                let (center, _, r) = rigid(cluster, rotation);
-                *motion = Motion::new(&r, center.centroid());
+            Mode::Rigid => for_each_chunk((rotations, motions), |first, (rotations, motions)| {
+                for ((center, _, r), motion) in rigid(first, rotations).iter().zip(motions) {
+                    *motion = Motion::new(r, center.centroid());
+                }
             }),
             Mode::Linear { beta, stretches } => {
-                for_each_cluster(pairs, |cluster, (rotation, motion)| {
-                    let (center, covariance, r) = rigid(cluster, rotation);
-                    let linear = stretches[cluster].fit(&covariance, &r);
-                    *motion = Motion::new(&blend(&r, &linear, *beta), center.centroid());
+                for_each_chunk((rotations, motions), |first, (rotations, motions)| {
+                    let fits = rigid(first, rotations).into_iter().zip(&stretches[first..]);
+                    for (((center, covariance, r), stretch), motion) in fits.zip(motions) {
+                        let linear = stretch.fit(&covariance, &r);
+                        *motion = Motion::new(&blend(&r, &linear, *beta), center.centroid());
+                    }
                 });
             }
             Mode::Quadratic {
@@ -295,18 +296,20 @@ impl Shape {
                 quadratics,
                 bends,
             } => {
-                let (rotations, motions) = pairs;
-                let all = (rotations, motions, bends);
-                for_each_cluster(all, |cluster, (rotation, motion, bend)| {
-                    let (center, covariance, r) = rigid(cluster, rotation);
-                    let linear = stretches[cluster].fit(&covariance, &r);
-                    let (set, shares, arms) = set(cluster);
-                    let now = set.iter().map(|&j| center.arm(&points[j as usize]));
-                    let pairs = shares.iter().zip(arms).zip(now);
-                    let fitted = quadratics[cluster].fit(&linear, pairs);
-                    let linear = blend(&r, &(linear + fitted.linear), *beta);
-                    *motion = Motion::new(&linear, center.centroid() + fitted.shift * *beta);
-                    *bend = fitted.bend.scaled(*beta);
+                let all = (rotations, motions, bends.par_chunks_mut(FITS));
+                for_each_chunk(all, |first, (rotations, motions, bends)| {
+                    let fits = (first..).zip(rigid(first, rotations));
+                    let results = motions.iter_mut().zip(bends);
+                    for ((cluster, (center, covariance, r)), (motion, bend)) in fits.zip(results) {
+                        let linear = stretches[cluster].fit(&covariance, &r);
+                        let (set, shares, arms) = set(cluster);
+                        let now = set.iter().map(|&j| center.arm(&points[j as usize]));
+                        let pairs = shares.iter().zip(arms).zip(now);
+                        let fitted = quadratics[cluster].fit(&linear, pairs);
+                        let linear = blend(&r, &(linear + fitted.linear), *beta);
+                        *motion = Motion::new(&linear, center.centroid() + fitted.shift * *beta);
+                        *bend = fitted.bend.scaled(*beta);
+                    }
                 });
             }
         }
@@ -342,15 +345,34 @@ fn blend(rotation: &Matrix3<f64>, linear: &Matrix3<f64>, beta: f64) -> Matrix3<f
     linear * beta + rotation * (1.0 - beta)
 }
 
-/// Calls `fit` for each entry of columns that have one per cluster, on the threads of the current pool if that is worth
-/// it. No cluster sees another.
-fn for_each_cluster<Columns>(columns: Columns, fit: impl Fn(usize, Columns::Item) + Sync + Send)
+/// The centre and the moments of a cluster's points, for which it has members, shares and arms; `spread` is that at rest.
+fn moments(
+    (set, shares, arms): (&[u32], &[f64], &[Vector3<f64>]),
+    spread: f64,
+    points: &[Vector3<f64>],
+) -> (Center, Moments) {
+    let base = set
+        .first()
+        .map_or_else(Vector3::zeros, |&j| points[j as usize]);
+    let (mut mean, mut covariance, mut squares) = (Vector3::zeros(), Matrix3::zeros(), 0.0);
+    for ((&j, &share), rest) in set.iter().zip(shares).zip(arms) {
+        let now = points[j as usize] - base;
+        let weighted = now * share;
+        mean += weighted;
+        squares += weighted.dot(&now);
+        covariance += weighted * rest.transpose(); // [M2]: the arms at rest sum to 0, so `now` may be from anywhere
+    }
+    let size = ((squares - mean.norm_squared()) * spread).max(0.0).sqrt();
+    (Center { base, mean }, Moments { covariance, size })
+}
+
+/// Calls `fit` with the first cluster of each chunk and its part of columns that have an entry per cluster, on the threads
+/// of the current pool. No chunk sees another.
+fn for_each_chunk<Columns>(columns: Columns, fit: impl Fn(usize, Columns::Item) + Sync + Send)
 where
     Columns: IntoParallelIterator<Iter: IndexedParallelIterator>,
 {
-    (columns.into_par_iter().enumerate())
-        .with_min_len(FITS)
-        .for_each(|(cluster, entries)| fit(cluster, entries));
+    (columns.into_par_iter().enumerate()).for_each(|(chunk, entries)| fit(chunk * FITS, entries));
 }
 
 /// The weighted centroid of a set of points, as a point of the set and the mean of the others' offsets from it.
