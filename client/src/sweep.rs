@@ -1,6 +1,6 @@
-//! Sweeps: one motion, many mappings.
+//! Sweeps: one motion, many looks.
 //!
-//! A sweep file names a scene file and lists alternatives of its mapping, in JSON or TOML:
+//! A sweep file names a scene file and lists alternatives of its mapping and its rules, in JSON or TOML:
 //!
 //! ```toml
 //! scene = "beam.toml"
@@ -21,7 +21,7 @@
 //! ```
 //!
 //! Each row meets each column: a view. Its mapping is the scene's, with the fields that the row sets replaced, then those
-//! that the column sets; a field is one of `Mapping`'s own, such as `filter`, and is replaced whole.
+//! that the column sets; a field is one of `Mapping`'s own, such as `filter`, and is replaced whole. So are `rules`.
 
 use std::{path::Path, sync::Arc};
 
@@ -67,13 +67,15 @@ pub enum Colour {
     Points,
 }
 
-/// One mapping of a sweep.
+/// One look of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// Shown to people.
     pub label: String,
     /// The whole mapping.
     pub mapping: v1::Mapping,
+    /// When the mesh comes apart, and how.
+    pub rules: Vec<v1::TopologyRule>,
 }
 
 /// A mesh and its points at one step of one view.
@@ -112,6 +114,7 @@ struct Alternative {
     label: String,
     #[serde(default)]
     mapping: v1::Mapping,
+    rules: Option<Vec<v1::TopologyRule>>,
 }
 
 impl Sweep {
@@ -129,7 +132,7 @@ impl Sweep {
         if text.rows.is_empty() && text.columns.is_empty() {
             return Err(refuse(
                 "rows",
-                "is empty, and so is columns; list mappings in one or both".into(),
+                "is empty, and so is columns; list alternatives in one or both".into(),
             ));
         }
         let single = || vec![Alternative::default()];
@@ -165,6 +168,9 @@ impl Sweep {
                 .collect::<Vec<_>>()
                 .join(", "),
             mapping: overlaid(overlaid(base.clone(), &row.mapping), &column.mapping),
+            rules: (column.rules.as_ref().or(row.rules.as_ref()))
+                .unwrap_or(&scene.scene.rules)
+                .clone(),
         };
         Ok(Self {
             title: if text.title.is_empty() {
@@ -209,6 +215,7 @@ impl Sweep {
     async fn create(&self, client: &Client, view: &View) -> Result<String, ClientError> {
         let mut scene = self.scene.scene_for(client).await?;
         scene.mapping = Some(view.mapping.clone());
+        scene.rules.clone_from(&view.rules);
         let request = v1::CreateSessionRequest {
             scene: Some(scene),
             ..v1::CreateSessionRequest::default()

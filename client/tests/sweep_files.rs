@@ -2,7 +2,7 @@
 
 use std::{fs, path::PathBuf};
 
-use sinew_client::sweep::{Colour, Sweep};
+use sinew_client::sweep::{Colour, Sweep, View};
 use sinew_proto::v1::{filter, motion_rule};
 
 const SCENE: &str = r#"
@@ -80,6 +80,41 @@ mapping.filter.minimum = {}
     assert_eq!([0, 1, 2, 3].map(is_direct), [false, false, true, true]);
     assert!(matches!(keeps(2), filter::Kind::Keep(keep) if keep.k == 3));
     assert!(matches!(keeps(3), filter::Kind::Minimum(_)));
+}
+
+#[test]
+fn a_view_has_the_rules_of_its_column_or_else_of_its_row_or_else_of_the_scene() {
+    let path = written(
+        "rules",
+        r#"
+scene = "scene.toml"
+[[rows]]
+label = "as it is"
+[[rows]]
+label = "edges"
+[[rows.rules]]
+measure.edges = {}
+threshold = 0.5
+[[columns]]
+label = "as the row"
+[[columns]]
+label = "never"
+rules = []
+[[columns]]
+label = "early"
+[[columns.rules]]
+measure.edges = {}
+threshold = 0.1
+"#,
+    );
+    let sweep = Sweep::load(&path).unwrap();
+    let thresholds =
+        |view: &View| -> Vec<f64> { view.rules.iter().map(|rule| rule.threshold).collect() };
+    let thresholds: Vec<Vec<f64>> = sweep.views.iter().map(thresholds).collect();
+    assert_eq!(
+        thresholds,
+        [vec![], vec![], vec![0.1], vec![0.5], vec![], vec![0.1]]
+    );
 }
 
 #[test]

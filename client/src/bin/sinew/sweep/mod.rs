@@ -1,19 +1,19 @@
-//! `sinew sweep`: many mappings of one motion, side by side.
+//! `sinew sweep`: many looks of one motion, side by side.
 
 mod picture;
 mod recording;
 mod sheet;
+mod skin;
 
 use std::path::PathBuf;
 
 use clap::Args;
 use nalgebra::Vector3;
-use re_sdk_types::components::Color;
 use sinew_client::{
     Client,
-    sweep::{Colour, Shot, Sweep},
+    sweep::{Shot, Sweep},
 };
-use sinew_mesh::{Surface, surface};
+use sinew_mesh::inspect;
 
 use crate::out::{put, say};
 use crate::{
@@ -21,26 +21,25 @@ use crate::{
     run::warn,
     table::{Table, count},
 };
-use picture::{Eye, Light, Subject, draw};
+use picture::{Eye, Subject, draw};
 use recording::Recording;
 use sheet::{Cell, save, sheet};
+use skin::{Palette, Skin};
 
 /// Size of a picture, pixels.
 const PICTURE: [usize; 2] = [440, 340];
 /// Steps shown of each view in the recording, at most.
 const SHOTS: u64 = 40;
-/// A plain surface, in linear light: a pale blue.
-const PLAIN: Light = [0.28, 0.43, 0.62];
 
-/// Runs a grid of mappings over one motion, one session per mapping, and shows them side by side: as a Rerun recording
-/// with a view per mapping, and as a contact sheet.
+/// Runs a grid of mappings and rules over one motion, one session for each, and shows them side by side: as a Rerun
+/// recording with a view for each, and as a contact sheet.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew sweep client/scenes/figure-7.toml             writes figure-7.rrd and figure-7.png here
   sinew sweep figure-7.toml --out /tmp                and there
   sinew sweep figure-7.toml --server stage:7370       on a server that runs already")]
 pub(crate) struct Arguments {
-    /// The sweep file, JSON or TOML: a scene file and alternatives of its mapping.
+    /// The sweep file, JSON or TOML: a scene file and alternatives of its mapping and rules.
     #[arg(value_name = "SWEEP")]
     sweep: PathBuf,
     /// A server that runs already. Without it: one inside this command.
@@ -94,8 +93,9 @@ pub(crate) async fn sweep(arguments: Arguments) -> Result<(), Failure> {
 /// A view when its motion is over.
 struct Seen {
     last: Shot,
-    surface: Surface,
-    colours: Vec<Light>,
+    skin: Skin,
+    /// How many parts the mesh is in, where it changed.
+    parts: Option<usize>,
     /// Median of the steps seen, s.
     step_seconds: f64,
     /// Distances from the first view's vertices, m: root of the mean square, and the greatest.
@@ -119,32 +119,20 @@ async fn views(
             .run(client, view, every, |shot| shots.push(shot))
             .await
             .map_err(refused)?;
-        let first = surface(&shots[0].grid.cells);
-        let colours = match sweep.colour {
-            Colour::Plain => vec![PLAIN; first.vertices.len()],
-            Colour::Points => {
-                let points = sweep.strongest(client, view, &first.vertices).await?;
-                points.into_iter().map(of_point).collect()
-            }
-        };
-        let shown: Vec<Color> = colours
-            .iter()
-            .map(|light| {
-                let [r, g, b] = sheet::encoded(light);
-                Color::from_rgb(r, g, b)
-            })
-            .collect();
-        for shot in &shots {
-            recording.add(index, shot, &first, &shown)?;
+        let palette = Palette::of(sweep, client, view, &shots[0]).await?;
+        for (i, shot) in shots.iter().enumerate() {
+            let changed = i == 0 || shot.grid.cells != shots[i - 1].grid.cells;
+            recording.add(index, shot, &palette.skin(shot), changed)?;
         }
         let mut times: Vec<f64> = shots[1..].iter().map(|shot| shot.step_seconds).collect();
         times.sort_by(f64::total_cmp);
         let last = shots.pop().ok_or("a sweep shows the rest pose at least")?;
+        let changed = (shots.first()).is_some_and(|rest| rest.grid.cells != last.grid.cells);
         seen.push(Seen {
             apart: seen.first().and_then(|first| apart(&last, &first.last)),
             step_seconds: times[times.len() / 2],
-            surface: first,
-            colours,
+            parts: changed.then(|| inspect(&last.grid).components),
+            skin: palette.skin(&last),
             last,
         });
     }
@@ -166,7 +154,7 @@ fn apart(shot: &Shot, other: &Shot) -> Option<[f64; 2]> {
 
 fn contact_sheet(sweep: &Sweep, views: &[Seen]) -> picture::Picture {
     let visible = |seen: &'_ Seen| -> Vec<Vector3<f64>> {
-        let corners = seen.surface.vertices.iter();
+        let corners = seen.skin.surface.vertices.iter();
         corners
             .map(|&v| seen.last.grid.positions[v as usize])
             .collect()
@@ -176,13 +164,15 @@ fn contact_sheet(sweep: &Sweep, views: &[Seen]) -> picture::Picture {
     let cell = |(view, seen): (&sinew_client::sweep::View, &Seen)| {
         let subject = Subject {
             positions: &seen.last.grid.positions,
-            surface: &seen.surface,
-            colours: &seen.colours,
+            skin: &seen.skin,
             points: &seen.last.points,
         };
-        let apart = match seen.apart {
-            Some([rms, max]) => format!("from the first: rms {}, max {}", length(rms), length(max)),
-            None => format!(
+        let found = match (seen.parts, seen.apart) {
+            (Some(parts), _) => format!("torn, in {parts} parts"),
+            (None, Some([rms, max])) => {
+                format!("from the first: rms {}, max {}", length(rms), length(max))
+            }
+            (None, None) => format!(
                 "step {}, t = {:.2} s",
                 seen.last.step, seen.last.time_seconds
             ),
@@ -190,7 +180,7 @@ fn contact_sheet(sweep: &Sweep, views: &[Seen]) -> picture::Picture {
         Cell {
             picture: draw(&subject, &eye, PICTURE),
             label: view.label.clone(),
-            figures: [apart, format!("{} a step", time(seen.step_seconds))],
+            figures: [found, format!("{} a step", time(seen.step_seconds))],
         }
     };
     let cells: Vec<Cell> = sweep.views.iter().zip(views).map(cell).collect();
@@ -199,12 +189,13 @@ fn contact_sheet(sweep: &Sweep, views: &[Seen]) -> picture::Picture {
 
 fn table(sweep: &Sweep, views: &[Seen]) -> Table {
     let mut table = Table::of_numbers();
-    table.row(["view", "step", "rms from the first", "max"]);
+    table.row(["view", "step", "rms from the first", "max", "parts"]);
     for (view, seen) in sweep.views.iter().zip(views) {
         let [rms, max] = seen
             .apart
             .map_or(["-".to_owned(), "-".to_owned()], |apart| apart.map(length));
-        table.row([view.label.clone(), time(seen.step_seconds), rms, max]);
+        let parts = seen.parts.map_or("-".to_owned(), |parts| parts.to_string());
+        table.row([view.label.clone(), time(seen.step_seconds), rms, max, parts]);
     }
     table
 }
@@ -219,13 +210,4 @@ fn length(metres: f64) -> String {
 
 fn time(seconds: f64) -> String {
     format!("{:.2} ms", 1e3 * seconds)
-}
-
-/// Colours that tell neighbouring indices apart: hues by the golden angle, in linear light.
-fn of_point(index: u32) -> Light {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let hue = (0.58 + GOLDEN * f64::from(index)).fract() * std::f64::consts::TAU;
-    #[expect(clippy::cast_possible_truncation, reason = "light has few digits")]
-    let part = |shift: f64| (0.42 + 0.33 * (hue - shift).cos()) as f32;
-    [part(0.0), part(2.094), part(4.189)]
 }

@@ -1,8 +1,10 @@
 //! A shaded surface as pixels, without a display.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
-use sinew_mesh::{Surface, vertex_normals};
+use sinew_mesh::vertex_normals;
 use sinew_proto::v1::UpAxis;
+
+use super::skin::Skin;
 
 /// Linear light: red, green, blue, 0 to 1.
 pub(crate) type Light = [f32; 3];
@@ -69,9 +71,7 @@ fn eye_from_world(up: UpAxis) -> Matrix3<f64> {
 /// What is drawn.
 pub(crate) struct Subject<'a> {
     pub(crate) positions: &'a [Vector3<f64>],
-    pub(crate) surface: &'a Surface,
-    /// One per vertex of the surface.
-    pub(crate) colours: &'a [Light],
+    pub(crate) skin: &'a Skin,
     /// Drawn over the surface, for they stand inside of it.
     pub(crate) points: &'a [Vector3<f64>],
 }
@@ -87,20 +87,21 @@ pub(crate) struct Picture {
 pub(crate) fn draw(subject: &Subject<'_>, eye: &Eye, size: [usize; 2]) -> Picture {
     let mut canvas = Canvas::new(size);
     let mut normals = Vec::new();
-    vertex_normals(subject.positions, subject.surface, &mut normals);
+    vertex_normals(subject.positions, &subject.skin.surface, &mut normals);
     let corners: Vec<Corner> = subject
+        .skin
         .surface
         .vertices
         .iter()
         .zip(&normals)
-        .zip(subject.colours)
+        .zip(&subject.skin.colours)
         .map(|((&vertex, normal), colour)| Corner {
             at: canvas.place(&subject.positions[vertex as usize], eye),
             normal: eye.eye_from_world * Vector3::from(*normal).cast(),
             colour: *colour,
         })
         .collect();
-    for triangle in &subject.surface.triangles {
+    for triangle in &subject.skin.surface.triangles {
         canvas.triangle(triangle.map(|corner| &corners[corner as usize]));
     }
     for point in subject.points {
@@ -269,8 +270,7 @@ mod tests {
         let colours = vec![[0.5; 3]; surface.vertices.len()];
         let subject = Subject {
             positions: &grid.positions,
-            surface: &surface,
-            colours: &colours,
+            skin: &Skin { surface, colours },
             points: &[],
         };
         let size = [40, 30];
@@ -319,8 +319,7 @@ mod tests {
         colours[first as usize..].fill([0.0, 0.0, 9.0]);
         let subject = Subject {
             positions: &grid.positions,
-            surface: &surface,
-            colours: &colours,
+            skin: &Skin { surface, colours },
             points: &[],
         };
         let size = [40, 30];

@@ -7,9 +7,10 @@ use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use re_sdk_types::archetypes::{Mesh3D, Points3D, ViewCoordinates};
 use re_sdk_types::components::{Color, Radius};
 use sinew_client::sweep::Shot;
-use sinew_mesh::{Surface, vertex_normals};
+use sinew_mesh::vertex_normals;
 use sinew_proto::v1::UpAxis;
 
+use super::{sheet::encoded, skin::Skin};
 use crate::Failure;
 
 /// A recording that is being written.
@@ -57,7 +58,8 @@ impl Recording {
         Ok(Self { stream })
     }
 
-    /// Adds a view's mesh and points at one step: the whole of them at rest, afterwards what moved.
+    /// Adds a view's mesh and points at one step: the whole of them where the mesh is another than before, else what
+    /// moved.
     ///
     /// # Errors
     /// Where Rerun cannot take it.
@@ -65,8 +67,8 @@ impl Recording {
         &self,
         view: usize,
         shot: &Shot,
-        surface: &Surface,
-        colours: &[Color],
+        Skin { surface, colours }: &Skin,
+        changed: bool,
     ) -> Result<(), Failure> {
         self.stream
             .set_time_sequence("step", i64::try_from(shot.step)?);
@@ -80,10 +82,14 @@ impl Recording {
             .iter()
             .map(|&v| narrow(&shot.grid.positions[v as usize]));
         let points = shot.points.iter().map(narrow);
-        let (mesh, points) = if shot.step == 0 {
+        let (mesh, points) = if changed {
+            let colours = colours.iter().map(|light| {
+                let [r, g, b] = encoded(light);
+                Color::from_rgb(r, g, b)
+            });
             let mesh = Mesh3D::new(corners)
                 .with_triangle_indices(surface.triangles.iter().copied())
-                .with_vertex_colors(colours.iter().copied());
+                .with_vertex_colors(colours);
             let points = Points3D::new(points)
                 .with_radii([Radius::new_ui_points(3.0)])
                 .with_colors([Color::from_rgb(200, 40, 30)]);
