@@ -60,13 +60,14 @@ impl Blend {
         Ok(())
     }
 
-    /// As [`Bound::follow`].
+    /// As [`Bound::followed`].
     ///
     /// # Errors
-    /// As [`Rest::bind`].
+    /// As [`Rest::bind`]; nothing is changed then.
     pub(crate) fn follow(&mut self, rest: &Rest, patch: &Patch) -> Result<(), SceneError> {
+        self.from = self.from.followed(rest, patch)?;
         self.left.resize(rest.vertices.len(), Vector3::zeros());
-        self.from.follow(rest, patch)
+        Ok(())
     }
 
     pub(crate) fn digest(&self, digest: &mut Digest) {

@@ -57,7 +57,8 @@ impl Asked {
         Ok(asked)
     }
 
-    pub(crate) fn mesh<'a>(&'a self, vertices: &'a [Vector3<f64>]) -> Mesh<'a> {
+    /// `torn` says whether the mesh came apart since it was made.
+    pub(crate) fn mesh<'a>(&'a self, vertices: &'a [Vector3<f64>], torn: bool) -> Mesh<'a> {
         let cells = |at_vertices| Cells {
             centres: &self.centres,
             at_vertices,
@@ -67,6 +68,7 @@ impl Asked {
             cells: self.at_vertices.as_ref().map(cells),
             graph: self.graph.as_ref(),
             holding: self.holding.as_ref(),
+            torn,
         }
     }
 }
@@ -231,7 +233,7 @@ mod tests {
             points: Vec::new(),
         };
         let asked = Asked::new(rest, &mapping).unwrap();
-        let mesh = asked.mesh(&rest.vertices);
+        let mesh = asked.mesh(&rest.vertices, false);
         let weighting = &mapping.recipe.weighting;
         let nearest = sinew_mapping::distances(&mesh, &rest.points, &rest.present, weighting);
         let nearest = nearest.unwrap();

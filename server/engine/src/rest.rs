@@ -14,7 +14,7 @@ use crate::{
     digest::Digest,
     gauge::Scale,
     refusal::mapping_refusal,
-    scene::{Mapping, SceneError},
+    scene::{Mapping, Recipe, SceneError},
 };
 
 /// Points and vertices at rest: all that a mapping is bound to. It never changes, so that a mapping can be bound while
@@ -71,18 +71,22 @@ impl Rest {
     /// # Errors
     /// [`SceneError`], whose field is below `scene.mapping`.
     pub fn bind(&self, mapping: Mapping) -> Result<Bound, SceneError> {
-        let usable = self.usable(&mapping)?;
-        let asked = Asked::new(self, &mapping)?;
-        let mesh = asked.mesh(&self.vertices);
-        let binding = sinew_mapping::bind_mesh(&mesh, &self.points, &usable, &mapping.recipe)
-            .map_err(|error| mapping_refusal(&mapping, &error))?;
         Ok(Bound {
-            binding,
+            binding: self.binding(&mapping, &mapping.recipe)?,
             version: self.version,
             // Numbers are written so that they read back the same: equal texts are equal mappings.
             fingerprint: xxh3_64(format!("{mapping:?}").as_bytes()),
             mapping,
         })
+    }
+
+    /// Binds by a recipe that is the mapping's, but for what it leaves open.
+    fn binding(&self, mapping: &Mapping, recipe: &Recipe) -> Result<Binding, SceneError> {
+        let usable = self.usable(mapping)?;
+        let asked = Asked::new(self, mapping)?;
+        let mesh = asked.mesh(&self.vertices, self.version > 0);
+        sinew_mapping::bind_mesh(&mesh, &self.points, &usable, recipe)
+            .map_err(|error| mapping_refusal(mapping, &error))
     }
 
     /// The cells of every dimension.
@@ -118,16 +122,17 @@ impl Rest {
 }
 
 impl Bound {
-    /// Binds the mapping to a mesh that changed. Where the last pose is its frame of reference, it goes on from there, new
-    /// vertices from the midst of their parents.
+    /// The mapping bound to a mesh that changed, by the scale that it had. Where the last pose is its frame of reference,
+    /// it goes on from there, new vertices from the midst of their parents.
     ///
     /// # Errors
     /// As [`Rest::bind`].
-    pub(crate) fn follow(&mut self, rest: &Rest, patch: &Patch) -> Result<(), SceneError> {
-        let last = self.binding.previous();
-        let last = last.map(|[vertices, points]| (vertices.to_vec(), points.to_vec()));
-        *self = rest.bind(self.mapping.clone())?;
-        if let Some((mut vertices, points)) = last {
+    pub(crate) fn followed(&self, rest: &Rest, patch: &Patch) -> Result<Self, SceneError> {
+        let mut recipe = self.mapping.recipe.clone();
+        recipe.weighting.scale = Some(self.binding.scale());
+        let mut binding = rest.binding(&self.mapping, &recipe)?;
+        if let Some([vertices, points]) = self.binding.previous() {
+            let mut vertices = vertices.to_vec();
             for ends in patch.vertex_parent_offsets.windows(2) {
                 let parents = &patch.vertex_parents[ends[0] as usize..ends[1] as usize];
                 let sum: Vector3<f64> = parents
@@ -136,9 +141,14 @@ impl Bound {
                     .sum();
                 vertices.push(sum / parents.len().max(1) as f64);
             }
-            self.binding.resume(&vertices, &points);
+            binding.resume(&vertices, points);
         }
-        Ok(())
+        Ok(Self {
+            mapping: self.mapping.clone(),
+            binding,
+            version: rest.version,
+            fingerprint: self.fingerprint,
+        })
     }
 
     /// What measures of the mesh compare with.

@@ -4,13 +4,14 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 use sinew_mesh::{Cells, Grid};
-use sinew_tearing::{Answer, Body, BodyError, Done, Patch, Request, View};
+use sinew_tearing::{Answer, Body, BodyError, Done, Patch, Refusal, Request, View};
 
 use crate::{
     change::{Change, Event, EventKind},
     digest::Digest,
     frame::{Frame, Layout},
     rest::Rest,
+    scene::SceneError,
     world::{StepError, World},
 };
 
@@ -154,13 +155,18 @@ impl World {
             };
             let requests: Vec<_> = asks.iter().map(|ask| ask.request.clone()).collect();
             let outcome = topology.body.apply(&requests, &view);
-            for (ask, answer) in asks.iter().zip(&outcome.answers) {
+            (answers, patch) = (outcome.answers, outcome.patch);
+            if let Some(Err(error)) = patch.as_ref().map(|patch| self.follow(patch, next.step)) {
+                self.revert();
+                let reason = error.message;
+                answers.fill(Answer::Refused(Refusal::Unfollowed { reason }));
+                patch = None;
+            }
+            for (ask, answer) in asks.iter().zip(&answers) {
                 events.extend(tell(ask, answer));
             }
-            (answers, patch) = (outcome.answers, outcome.patch);
         }
-        if let Some(patch) = &patch {
-            self.follow(patch, next.step)?;
+        if patch.is_some() {
             next.layout = Arc::clone(&self.layout);
             next.vertices
                 .resize(self.rest.vertices.len(), Vector3::zeros());
@@ -172,15 +178,20 @@ impl World {
         Ok(answers)
     }
 
+    /// Takes back what was done to the body alone.
+    fn revert(&mut self) {
+        let topology = self.topology.as_mut();
+        topology.expect("what made a patch").body.revert();
+    }
+
     /// Takes over a change of the body: everything that counts vertices or cells.
-    fn follow(&mut self, patch: &Patch, step: u64) -> Result<(), StepError> {
+    ///
+    /// # Errors
+    /// As [`Rest::bind`]; nothing but the body is changed then.
+    fn follow(&mut self, patch: &Patch, step: u64) -> Result<(), SceneError> {
         let topology = self.topology.as_mut().expect("what made a patch");
         let body = &topology.body;
         let vertices = body.rest().len();
-        topology.changed_at.resize(vertices, None);
-        for &vertex in &patch.cells.connectivity {
-            topology.changed_at[vertex as usize] = Some(step);
-        }
         let cells = self
             .layout
             .cells
@@ -193,9 +204,14 @@ impl World {
             vertices: body.rest().to_vec(),
             ..Rest::clone(&self.rest)
         });
-        self.bound.follow(&rest, patch)?;
+        let bound = self.bound.followed(&rest, patch)?;
         if let Some(blend) = &mut self.blend {
             blend.follow(&rest, patch)?;
+        }
+        self.bound = bound;
+        topology.changed_at.resize(vertices, None);
+        for &vertex in &patch.cells.connectivity {
+            topology.changed_at[vertex as usize] = Some(step);
         }
         if let Some(rules) = &mut self.rules {
             rules.follow(

@@ -12,7 +12,7 @@ use crate::{
     frame::{Doubt, Frame, Layout},
     rest::{Bound, Rest},
     rules::{Rules, Step},
-    scene::{MotionSample, SceneError},
+    scene::MotionSample,
     topology::Topology,
 };
 
@@ -35,9 +35,6 @@ pub enum StepError {
     /// The mapping could not be evaluated.
     #[error("the mapping failed: {0}")]
     Mapping(#[from] sinew_mapping::MappingError),
-    /// The mapping could not be bound to the mesh as it is after a change of its topology.
-    #[error("the mapping cannot follow the change of the mesh: {0}")]
-    Rebind(#[from] SceneError),
 }
 
 /// Why the mapping is not changed.

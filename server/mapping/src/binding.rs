@@ -18,6 +18,8 @@ const LARGEST_COEFFICIENT: f64 = 1e30;
 #[derive(Clone, Debug)]
 pub struct Binding {
     points: usize,
+    /// Of the kernel.
+    scale: f64,
     dominant: Vec<u32>,
     operator: Operator,
     previous: Option<Previous>,
@@ -102,6 +104,7 @@ pub fn bind_mesh(
     let operator = compiler.compile(vertices, points, distances)?;
     Ok(Binding {
         points: points.len(),
+        scale,
         dominant: match &operator {
             Operator::Linear(linear) => linear.weights.dominant(),
             Operator::Shape(_) => first_kept,
@@ -147,6 +150,12 @@ impl Binding {
     #[must_use]
     pub fn dominant(&self) -> &[u32] {
         &self.dominant
+    }
+
+    /// The length scale of the kernel: the one asked for, or the one of `[W5]` or `[W9]`.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// The points that act on a vertex with their weights, nearest point at rest first; by index where vertices share a

@@ -37,6 +37,16 @@ impl Distances {
         empty.map(|(row, _)| row).collect()
     }
 
+    /// Gives the nearest point of each row of `nearest` to one of these rows, which are empty.
+    pub(crate) fn give(&mut self, rows: &[usize], nearest: &Self) {
+        let entries = nearest.points.iter().step_by(nearest.stride);
+        let entries = entries.zip(nearest.squared.iter().step_by(nearest.stride));
+        for (&row, (&point, &squared)) in rows.iter().zip(entries) {
+            self.points[row * self.stride..(row + 1) * self.stride].fill(point);
+            self.squared[row * self.stride] = squared;
+        }
+    }
+
     /// The same points in the same order, at the distances that they have here; what is out of reach stays so.
     /// `coefficients` as in [`scaled`], or none. `[M16]`
     pub(crate) fn measured_at(

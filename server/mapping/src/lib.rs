@@ -64,6 +64,7 @@ mod recipe;
 mod roots;
 mod rotation;
 mod shape;
+mod strays;
 mod targets;
 mod weights;
 

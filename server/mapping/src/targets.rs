@@ -1,5 +1,7 @@
 //! From a mesh and its points to the points that each vertex keeps.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 
 use crate::binding::{LARGEST, check_coefficients, check_coordinates, check_length, usable_points};
@@ -7,6 +9,7 @@ use crate::distance::{Distances, nearest, scaled};
 use crate::filter::{Demand, Surroundings, filter};
 use crate::paths::{along, at_vertices, typical};
 use crate::roots::roots;
+use crate::strays::strays;
 use crate::{
     Filter, Graph, MAX_INFLUENCES, MappingError, Metric, Nearest, Paths, Recipe, Root, Roots, Rows,
     Weighting,
@@ -24,6 +27,9 @@ pub struct Mesh<'a> {
     /// Of each point, the targets of the volumes that hold it, ascending; for [`Roots::Containing`] and
     /// [`Filter::InVolume`].
     pub holding: Option<&'a Rows>,
+    /// Whether it came apart since it was made. A part of it that no path reaches has then a root of its own `[W11]`, and a
+    /// vertex left over, that bounds no target or is none, follows the point that is straight the nearest.
+    pub torn: bool,
 }
 
 /// Targets other than vertices.
@@ -44,6 +50,7 @@ impl<'a> Mesh<'a> {
             cells: None,
             graph: None,
             holding: None,
+            torn: false,
         }
     }
 
@@ -104,9 +111,14 @@ impl<'a> Mesh<'a> {
         let Some(cells) = self.cells else {
             return Ok((kept, typical));
         };
-        let kept = at_vertices(&kept, cells.at_vertices); // [W8]
+        let mut kept = at_vertices(&kept, cells.at_vertices); // [W8]
         match kept.empty() {
             vertices if vertices.is_empty() => Ok((kept, typical)),
+            vertices if self.torn => {
+                let places: Vec<_> = vertices.iter().map(|&x| self.vertices[x]).collect();
+                kept.give(&vertices, &nearest(&places, points, usable, 1));
+                Ok((kept, typical))
+            }
             vertices => Err(MappingError::NoTargets {
                 targets: weighting.targets,
                 vertices,
@@ -117,8 +129,24 @@ impl<'a> Mesh<'a> {
     fn roots(&self, points: &[Vector3<f64>], usable: &[u32], weighting: &Weighting) -> Vec<Root> {
         match &weighting.metric {
             Metric::Straight => Vec::new(),
-            Metric::Paths(paths) => roots(paths, self.centres(), points, usable, self.holding),
+            Metric::Paths(paths) => {
+                let centres = self.rooted();
+                roots(paths, &centres, points, usable, self.holding)
+            }
         }
+    }
+
+    /// Where paths may start: a vertex that is left over, and has no arc, is infinitely far.
+    fn rooted(&self) -> Cow<'a, [Vector3<f64>]> {
+        let centres = self.centres();
+        let Some(graph) = self.graph.filter(|_| self.torn && self.cells.is_none()) else {
+            return Cow::Borrowed(centres);
+        };
+        let place = |(node, x): (usize, &Vector3<f64>)| match graph.neighbours(node) {
+            [] => Vector3::repeat(f64::INFINITY),
+            _ => *x,
+        };
+        Cow::Owned(centres.iter().enumerate().map(place).collect())
     }
 
     /// The distances of each target, in as far as a filter has to see them.
@@ -143,14 +171,22 @@ impl<'a> Mesh<'a> {
             let vertices = centres.len();
             return Err(MappingError::TooLarge { vertices, kept });
         }
-        let (Metric::Paths(_), Some(graph)) = (&weighting.metric, self.graph) else {
+        let (Metric::Paths(paths), Some(graph)) = (&weighting.metric, self.graph) else {
             let distances = nearest(centres, points, usable, count); // [W1]
             return Ok(match coefficients {
                 [] => (distances, None),
                 coefficients => (scaled(distances, coefficients), None), // [W6]
             });
         };
-        let distances = along(graph, roots, coefficients, demand); // [W6], [W7]
+        let mut distances = along(graph, roots, coefficients, demand); // [W6], [W7]
+        if self.torn {
+            let unreached = distances.empty();
+            let around = (points, usable);
+            let strays = strays(graph, &unreached, roots, centres, around, paths.start); // [W11]
+            if !strays.is_empty() {
+                distances = along(graph, &[roots, &strays].concat(), coefficients, demand);
+            }
+        }
         let typical = typical(&distances);
         match distances.empty() {
             cells if cells.is_empty() || demand.limit < f64::INFINITY => {

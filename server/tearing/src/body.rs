@@ -14,6 +14,7 @@ use crate::areas::View;
 use crate::commit::Batch;
 use crate::fractures::Fractures;
 use crate::fragments::Fragments;
+use crate::ledger::Ledger;
 use crate::{Answer, Patch, Refusal, Request};
 
 /// Why a mesh cannot become a body.
@@ -39,15 +40,15 @@ pub struct BodyReport {
 pub struct Body {
     pub(crate) map: Map,
     /// By vertex slot.
-    pub(crate) rest: Vec<Vector3<f64>>,
+    pub(crate) rest: Ledger<Vector3<f64>>,
     /// By cell slot; `None` where the cell is no more.
-    pub(crate) volumes: Vec<Option<Cell<Volume>>>,
+    pub(crate) volumes: Ledger<Option<Cell<Volume>>>,
     /// The slot of each of the map's volumes.
-    pub(crate) slots: Vec<u32>,
+    pub(crate) slots: Ledger<u32>,
     pub(crate) fragments: Fragments,
     pub(crate) fractures: Fractures,
     /// Of each slot's cell.
-    pub(crate) hashes: Vec<u64>,
+    pub(crate) hashes: Ledger<u64>,
     /// The sum of `hashes`.
     pub(crate) hash: u64,
     pub(crate) version: u64,
@@ -55,8 +56,20 @@ pub struct Body {
     pub(crate) torn: BTreeSet<[u32; 2]>,
     /// The vertices at the other ends of each vertex's edges.
     pub(crate) adjacency: Adjacency<Vertex, Edge>,
+    /// Before the last batch.
+    pub(crate) kept: Kept,
     /// Scratch memory.
     pub(crate) walk: Walk,
+}
+
+/// What a batch of requests found, where that is no column.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Kept {
+    hash: u64,
+    version: u64,
+    torn: BTreeSet<[u32; 2]>,
+    /// The vertices whose neighbours it changed.
+    pub(crate) touched: Vec<Cell<Vertex>>,
 }
 
 /// What came of a batch of requests.
@@ -97,23 +110,25 @@ impl Body {
             rest.push(rest[parent as usize]);
         }
         let volumes: Vec<_> = map.cells().map(Some).collect();
-        let slots = (0..number(volumes.len())).collect();
+        let slots = Ledger::new((0..number(volumes.len())).collect());
         let mut body = Self {
             fragments: Fragments::new(&map),
             fractures: Fractures::default(),
-            hashes: vec![0; volumes.len()],
+            hashes: Ledger::new(vec![0; volumes.len()]),
             hash: 0,
             version: 0,
             torn: BTreeSet::new(),
             adjacency: Adjacency::new(&map),
             walk: Walk::default(),
             map,
-            rest,
-            volumes,
+            rest: Ledger::new(rest),
+            volumes: Ledger::new(volumes),
             slots,
+            kept: Kept::default(),
         };
         let slots = body.all_slots();
         body.changed(&slots);
+        body.keep();
         Ok((body, BodyReport { build }))
     }
 
@@ -125,6 +140,7 @@ impl Body {
         let bound = view.binding.dominant().len();
         assert_eq!(bound, self.rest.len(), "the binding is not the body's");
         assert_eq!(view.now.len(), bound, "the positions are not the body's");
+        self.keep();
         let mut batch = Batch::new(self);
         let answers = requests
             .iter()
@@ -135,6 +151,37 @@ impl Body {
             .collect();
         let patch = batch.finish(self);
         Outcome { answers, patch }
+    }
+
+    /// Takes back the last [`Body::apply`], at its cost. Nothing, where that was done already.
+    pub fn revert(&mut self) {
+        self.map.revert();
+        self.rest.revert();
+        self.volumes.revert();
+        self.slots.revert();
+        self.fragments.revert();
+        self.fractures.revert();
+        self.hashes.revert();
+        self.hash = self.kept.hash;
+        self.version = self.kept.version;
+        self.torn.clone_from(&self.kept.torn);
+        self.adjacency.refresh(&self.map, &self.kept.touched);
+        self.kept.touched.clear();
+    }
+
+    /// Takes the body as it is as what to go back to.
+    fn keep(&mut self) {
+        self.map.keep();
+        self.rest.keep();
+        self.volumes.keep();
+        self.slots.keep();
+        self.fragments.keep();
+        self.fractures.keep();
+        self.hashes.keep();
+        self.kept.hash = self.hash;
+        self.kept.version = self.version;
+        self.kept.torn.clone_from(&self.torn);
+        self.kept.touched.clear();
     }
 
     fn answer(

@@ -183,7 +183,9 @@ impl Body {
                 batch.dirty.insert(self.slot(volume));
             }
         }
-        self.adjacency.follow(&self.map, changes);
+        let touched = changes.touched::<Vertex>(&self.map);
+        self.adjacency.refresh(&self.map, &touched);
+        self.kept.touched.extend(touched);
         let mut cells = made.cells.clone();
         for (kind, pairs) in [
             (SeamKind::Opened, &made.opened),
@@ -244,10 +246,8 @@ impl Body {
                     _ => None,
                 };
                 self.volumes.push(Some(volume));
-                if self.slots.len() <= volume.index() {
-                    self.slots.resize(volume.index() + 1, slot);
-                }
-                self.slots[volume.index()] = slot;
+                self.slots.grow(volume.index() + 1, slot);
+                self.slots.set(volume.index(), slot);
                 self.fragments.born(slot, parent);
                 batch.cell_parents.push(parent.unwrap_or(slot));
                 batch.dirty.insert(slot);
@@ -261,7 +261,7 @@ impl Body {
         match cell {
             AnyCell::Volume(volume) => {
                 let slot = self.slot(volume);
-                self.volumes[slot as usize] = None;
+                self.volumes.set(slot as usize, None);
                 self.fragments.died(slot);
                 batch.dirty.insert(slot);
             }
@@ -272,14 +272,13 @@ impl Body {
 
     /// Of these slots, those whose cell is another than before, and the cells; takes over their hashes.
     pub(crate) fn changed(&mut self, touched: &[u32]) -> (Vec<u32>, Cells) {
-        self.hashes.resize(self.slot_count(), 0);
+        self.hashes.grow(self.slot_count(), 0);
         let (mut slots, mut changed) = (Vec::new(), Cells::default());
         for (cell, &slot) in self.cells_in(touched).iter().zip(touched) {
-            let entry = &mut self.hashes[slot as usize];
-            let new = cell.hash(slot);
-            if *entry != new {
-                self.hash = self.hash.wrapping_sub(*entry).wrapping_add(new);
-                *entry = new;
+            let (old, new) = (self.hashes[slot as usize], cell.hash(slot));
+            if old != new {
+                self.hash = self.hash.wrapping_sub(old).wrapping_add(new);
+                self.hashes.set(slot as usize, new);
                 slots.push(slot);
                 changed.push(cell);
             }

@@ -3,13 +3,23 @@
 use sinew_topology::{AnyCell, Cell, Dart, Face, Map};
 
 use crate::commit::Made;
+use crate::ledger::Ledger;
 use crate::{Body, Effect};
 
 /// Which faces of the boundary belong to a fracture that does not reach the surface.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Fractures {
     /// By face of the map; faces beyond the end are not.
-    inner: Vec<bool>,
+    inner: Ledger<bool>,
+}
+
+impl Default for Fractures {
+    /// None.
+    fn default() -> Self {
+        Self {
+            inner: Ledger::new(Vec::new()),
+        }
+    }
 }
 
 impl Fractures {
@@ -18,12 +28,20 @@ impl Fractures {
     }
 
     fn set(&mut self, face: Cell<Face>, inner: bool) {
-        if inner && self.inner.len() <= face.index() {
-            self.inner.resize(face.index() + 1, false);
+        if inner {
+            self.inner.grow(face.index() + 1, false);
         }
-        if let Some(entry) = self.inner.get_mut(face.index()) {
-            *entry = inner;
+        if self.is_inner(face) != inner {
+            self.inner.set(face.index(), inner);
         }
+    }
+
+    pub(crate) fn keep(&mut self) {
+        self.inner.keep();
+    }
+
+    pub(crate) fn revert(&mut self) {
+        self.inner.revert();
     }
 
     pub(crate) fn born(&mut self, face: Cell<Face>, parent: Option<AnyCell>) {

@@ -4,15 +4,16 @@ use sinew_topology::{Adjacency, Dart, Face, Map, Volume};
 
 use crate::body::number;
 use crate::commit::Made;
+use crate::ledger::Ledger;
 use crate::{Body, Effect};
 
 /// Which cells faces hold together.
 #[derive(Clone, Debug)]
 pub(crate) struct Fragments {
     /// By cell slot.
-    of: Vec<u32>,
+    of: Ledger<u32>,
     /// Cells of each fragment.
-    sizes: Vec<u32>,
+    sizes: Ledger<u32>,
     /// Scratch memory: by cell slot, the search that has met it. All [`NONE`] between searches.
     met: Vec<u32>,
 }
@@ -45,7 +46,11 @@ impl Fragments {
             }
         }
         let met = vec![NONE; of.len()];
-        Self { of, sizes, met }
+        Self {
+            of: Ledger::new(of),
+            sizes: Ledger::new(sizes),
+            met,
+        }
     }
 
     pub(crate) fn of(&self, slot: u32) -> u32 {
@@ -68,11 +73,32 @@ impl Fragments {
         };
         self.of.push(fragment);
         self.met.push(NONE);
-        self.sizes[fragment as usize] += 1;
+        self.grow(fragment, 1);
     }
 
     pub(crate) fn died(&mut self, slot: u32) {
-        self.sizes[self.of[slot as usize] as usize] -= 1;
+        self.shrink(self.of(slot), 1);
+    }
+
+    fn grow(&mut self, fragment: u32, by: u32) {
+        let size = self.sizes[fragment as usize];
+        self.sizes.set(fragment as usize, size + by);
+    }
+
+    fn shrink(&mut self, fragment: u32, by: u32) {
+        let size = self.sizes[fragment as usize];
+        self.sizes.set(fragment as usize, size - by);
+    }
+
+    pub(crate) fn keep(&mut self) {
+        self.of.keep();
+        self.sizes.keep();
+    }
+
+    pub(crate) fn revert(&mut self) {
+        self.of.revert();
+        self.sizes.revert();
+        self.met.truncate(self.of.len());
     }
 }
 
@@ -148,19 +174,19 @@ impl Body {
     /// Gives the cells of `from`'s number that are connected to a cell another number.
     fn relabel(&mut self, first: u32, from: u32, to: u32) {
         let mut queue = vec![first];
-        self.fragments.of[first as usize] = to;
+        self.fragments.of.set(first as usize, to);
         let mut count = 0;
         while let Some(slot) = queue.pop() {
             count += 1;
             for next in self.neighbours(slot) {
                 if self.fragments.of(next) == from {
-                    self.fragments.of[next as usize] = to;
+                    self.fragments.of.set(next as usize, to);
                     queue.push(next);
                 }
             }
         }
-        self.fragments.sizes[from as usize] -= count;
-        self.fragments.sizes[to as usize] += count;
+        self.fragments.shrink(from, count);
+        self.fragments.grow(to, count);
     }
 
     /// The slots of the cells that share a face with a cell.
@@ -281,9 +307,9 @@ impl Body {
             let fragment = number(self.fragments.sizes.len());
             let count = number(cells.len());
             self.fragments.sizes.push(count);
-            self.fragments.sizes[parent as usize] -= count;
+            self.fragments.shrink(parent, count);
             for slot in cells {
-                self.fragments.of[slot as usize] = fragment;
+                self.fragments.of.set(slot as usize, fragment);
             }
             effects.push(Effect::FragmentBorn {
                 fragment,

@@ -40,6 +40,7 @@ mod cut;
 mod fractures;
 mod fragments;
 mod glue;
+mod ledger;
 mod open;
 mod patch;
 mod refine;

@@ -77,7 +77,7 @@ impl Body {
         };
         let done = self.commit(&changes, &made, batch);
         // The map may keep either name.
-        self.rest[vertex.index()] = kept;
+        self.rest.set(vertex.index(), kept);
         Ok(done)
     }
 

@@ -218,6 +218,12 @@ pub enum Refusal {
     /// A request about nothing.
     #[error("the request names nothing to change")]
     Nothing,
+    /// What follows the body could not follow this, and it was taken back.
+    #[error("the mapping cannot follow: {reason}")]
+    Unfollowed {
+        /// What was in the way, for people.
+        reason: String,
+    },
     /// The map refused.
     #[error(transparent)]
     Edit(#[from] EditError),
@@ -234,6 +240,7 @@ impl Refusal {
             | Self::Thickness { .. }
             | Self::NoArea { .. }
             | Self::Nothing
+            | Self::Unfollowed { .. }
             | Self::Edit(_) => &[],
         }
     }

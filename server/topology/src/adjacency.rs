@@ -201,10 +201,14 @@ impl<I: Kind, J: Kind> Adjacency<I, J> {
 
     /// Follows an edit; `map` is the map as that edit left it. Costs what the edit touched and what is adjacent to that.
     pub fn follow(&mut self, map: &Map, changes: &Changes) {
-        let touched = changes.touched::<I>(map);
+        self.refresh(map, &changes.touched::<I>(map));
+    }
+
+    /// Takes down these cells, of which any may be dead now, and what is or was adjacent to them, as the map has them now.
+    pub fn refresh(&mut self, map: &Map, touched: &[Cell<I>]) {
         // Two cells begin or end to be adjacent only where one of them is touched.
         let mut stale: Vec<_> = touched.iter().map(|cell| cell.label()).collect();
-        for &cell in &touched {
+        for &cell in touched {
             stale.extend(self.of(cell).iter().map(|cell| cell.label()));
             if map.try_dart(cell).is_some() {
                 let now = map.adjacent::<I, J>(cell, &mut self.walk);

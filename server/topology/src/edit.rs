@@ -10,6 +10,8 @@ use crate::{AnyCell, Cell, Changes, Dart, Dimension, Event, Kind, Map, Vertex, V
 #[derive(Debug)]
 pub struct Edit<'a> {
     pub(crate) map: &'a mut Map,
+    /// Writes of edits before.
+    first: usize,
     pub(crate) changes: Changes,
     /// Darts whose cells are to be settled when the edit ends.
     pub(crate) unsettled: Vec<Dart>,
@@ -51,8 +53,10 @@ impl Map {
         batch: impl FnOnce(&mut Edit<'_>) -> Result<T, E>,
     ) -> Result<(T, Changes), E> {
         self.journal.fresh = self.dart_slot_count();
+        let first = self.journal.writes.len();
         let mut edit = Edit {
             map: self,
+            first,
             changes: Changes::default(),
             unsettled: Vec::new(),
             unsettled_faces: Vec::new(),
@@ -65,9 +69,11 @@ impl Map {
         let value = batch(&mut edit)?;
         edit.settle_whole()?;
         edit.finished = true;
-        edit.changes.note(&edit.map.journal.writes);
+        edit.changes.note(&edit.map.journal.writes[first..]);
         let changes = std::mem::take(&mut edit.changes);
-        edit.map.journal.writes.clear();
+        if !edit.map.journal.lasts {
+            edit.map.journal.writes.clear();
+        }
         drop(edit);
         debug_assert_eq!(self.violations(), [], "after an edit");
         Ok((value, changes))
@@ -78,7 +84,7 @@ impl Map {
 impl Drop for Edit<'_> {
     fn drop(&mut self) {
         if !self.finished {
-            self.map.undo(0);
+            self.map.undo(self.first);
         }
     }
 }
@@ -126,7 +132,7 @@ impl Edit<'_> {
     /// What linking leaves open only an edit as a whole can close.
     fn check_closed(&self) -> Result<(), EditError> {
         let map = &self.map;
-        for undo in &map.journal.writes {
+        for undo in &map.journal.writes[self.first..] {
             let (Undo::Beta {
                 of: 1 | 2, dart, ..
             }

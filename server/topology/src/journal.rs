@@ -50,6 +50,8 @@ pub(crate) struct Journal {
     /// Rows of darts from here on were added since the last point that may be gone back to: what is written there needs
     /// no undoing.
     pub(crate) fresh: usize,
+    /// Whether writes are kept beyond the edit that made them.
+    pub(crate) lasts: bool,
 }
 
 impl Journal {
@@ -69,6 +71,17 @@ fn small(number: usize) -> u8 {
 
 /// Every write to a map goes through here.
 impl Map {
+    /// Takes the map as it is as what [`Map::revert`] goes back to. From then on what edits write over is remembered.
+    pub fn keep(&mut self) {
+        self.journal.writes.clear();
+        self.journal.lasts = true;
+    }
+
+    /// Takes back all edits since [`Map::keep`], at their cost. Nothing, where that was never called.
+    pub fn revert(&mut self) {
+        self.undo(0);
+    }
+
     pub(crate) fn set_beta(&mut self, beta: usize, dart: Dart, to: Option<Dart>) {
         let was = std::mem::replace(&mut self.beta[beta - 1][dart.index()], to);
         if dart.index() < self.journal.fresh {

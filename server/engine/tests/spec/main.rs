@@ -1,6 +1,7 @@
 //! The laws of worlds.
 
 mod common;
+mod following;
 mod remap;
 mod rules;
 mod tearing;

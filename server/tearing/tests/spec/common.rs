@@ -74,6 +74,23 @@ impl Followed {
         outcome
     }
 
+    /// As [`Followed::apply`], after the same was done and taken back.
+    pub(crate) fn apply_again(&mut self, requests: &[Request]) -> Outcome {
+        let now = self.body.rest().to_vec();
+        let view = View {
+            binding: &self.binding,
+            points: &self.points,
+            now: &now,
+        };
+        let before = state(&self.body);
+        let first = self.body.apply(requests, &view);
+        self.body.revert();
+        assert_eq!(state(&self.body), before, "{requests:?}");
+        let second = self.apply(requests);
+        assert_eq!(second, first, "{requests:?}");
+        second
+    }
+
     fn follow(&mut self, patch: &Patch, requests: &[Request]) {
         let Patch {
             vertex_parents,
@@ -117,6 +134,22 @@ impl Deref for Followed {
 fn bound(body: &Body, points: &[Vector3<f64>], recipe: &Recipe) -> Binding {
     let usable = vec![true; points.len()];
     bind(body.rest(), points, &usable, recipe).expect("they can be bound")
+}
+
+/// All that a body tells of itself.
+fn state(body: &Body) -> impl PartialEq + std::fmt::Debug + use<> {
+    let map = body.map();
+    let rest = body.rest().to_vec();
+    let fragments: Vec<_> = (0..number(body.slot_count()))
+        .map(|slot| body.fragment(slot))
+        .collect();
+    let near: Vec<_> = (0..rest.len())
+        .filter_map(|vertex| map.cell_at::<Vertex>(vertex))
+        .map(|vertex| body.neighbours_of(vertex).to_vec())
+        .collect();
+    let numbers = (map.digest(), body.hash(), body.version());
+    let sizes = body.fragment_sizes().to_vec();
+    (numbers, rest, body.cells(), fragments, sizes, near)
 }
 
 /// The volume of all cells, m³.
