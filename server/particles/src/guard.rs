@@ -54,6 +54,14 @@ impl<'a> Bounds<'a> {
         row.damping += damping * scale;
     }
 
+    /// Bounds that hold for all particles together: stiffness 1/s², damping 1/s.
+    pub(crate) fn add_all(&mut self, [stiffness, damping]: [f64; 2]) {
+        for row in &mut self.rows[0] {
+            row.stiffness += stiffness;
+            row.damping += damping;
+        }
+    }
+
     /// A pair that turns: stiffness of positions by positions, N/m, by angles, N, and of angles by angles, N m.
     pub(crate) fn add_turning(&mut self, i: usize, other: usize, stiffness: [f64; 3]) {
         let [moving, turning] = self.coupled(i, other, stiffness);

@@ -35,6 +35,7 @@
 //! The tags in the documentation, such as `[P1]`, are the lines of `EQUATIONS.md`.
 
 mod check;
+mod drags;
 mod error;
 mod guard;
 mod integrate;
@@ -46,6 +47,7 @@ mod neighbours;
 mod pairs;
 mod rows;
 mod shapes;
+mod solid;
 mod spec;
 mod state;
 mod stepping;
@@ -60,6 +62,9 @@ pub use pairs::{
     Repulsion, Weighting,
 };
 pub use shapes::{TooCurved, arc_chain};
+pub use solid::{
+    Dimension, Integration, Material, MaterialLaw, Metric, Reach, Solid, SolidReport, SolidSpec,
+};
 pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
 pub use system::System;
 pub use track::Track;

@@ -4,10 +4,12 @@ use nalgebra::Vector3;
 
 use crate::{
     Driven, ExternalForce, Integrator, SystemSpec,
+    drags::Drags,
     guard::Bounds,
     links::Batch,
     neighbours::Crowded,
     pairs::PairForces,
+    solid::Solid,
     state::{Frames, Inertia, Loads, State},
 };
 
@@ -20,8 +22,10 @@ pub(crate) struct Model {
     pub(crate) spin_drag: f64,        // N m s
     pub(crate) links: Vec<Batch>,
     pub(crate) pairs: Option<PairForces>,
+    pub(crate) solid: Option<Box<Solid>>,
     /// Whether a step under way has met more pairs than memory should hold.
     pub(crate) crowded: Option<Crowded>,
+    pub(crate) drags: Drags,
     driven: Vec<Driven>,
     forces: Vec<ExternalForce>,
     /// About the distance between neighbours, m: what a small displacement is small against.
@@ -34,7 +38,7 @@ impl Model {
         let SystemSpec {
             positions: position,
             velocities: velocity,
-            masses,
+            mut masses,
             fixed,
             driven,
             forces,
@@ -43,9 +47,14 @@ impl Model {
             frames,
             links,
             pairs,
+            solid,
             integrator: _,
             stepping: _,
         } = spec;
+        let solid = solid.map(|solid| Box::new(Solid::checked(&solid, position.clone())));
+        if let (Some(solid), true) = (&solid, masses.is_empty()) {
+            masses = solid.masses().to_vec();
+        }
         let held = (fixed.iter().copied()).chain(driven.iter().map(|driven| driven.particle));
         let mut inverse_mass: Vec<f64> = masses.iter().map(|mass| mass.recip()).collect();
         for particle in held {
@@ -79,7 +88,9 @@ impl Model {
             spin_drag,
             links: Vec::new(),
             pairs: None,
+            solid,
             crowded: None,
+            drags: Drags::default(),
             driven,
             forces,
             spacing: spacing(&state.position),
@@ -96,12 +107,16 @@ impl Model {
         (model, state)
     }
 
-    /// Moves the driven particles to where they are at a time, s.
+    /// Moves the driven particles and those held to where they are at a time, s.
     pub(crate) fn impose(&self, state: &mut State, time: f64) {
         for Driven { particle, path } in &self.driven {
             let i = *particle as usize;
             state.position[i] = path.at(time);
             state.velocity[i] = path.rate(time);
+        }
+        for (i, position, velocity) in self.drags.at(time) {
+            state.position[i] = position;
+            state.velocity[i] = velocity;
         }
     }
 
@@ -120,6 +135,9 @@ impl Model {
         self.update_pairs(&state.position);
         if let Some(pairs) = &mut self.pairs {
             pairs.add_loads(state, &self.inertia, loads);
+        }
+        if let Some(solid) = &mut self.solid {
+            solid.add_forces(&state.position, &state.velocity, &mut loads.force);
         }
         for ExternalForce { particle, force } in &self.forces {
             loads.force[*particle as usize] += force.at(time);
@@ -177,6 +195,9 @@ impl Model {
         if let Some(pairs) = &self.pairs {
             pairs.add_bounds(state, &self.inertia, &mut bounds);
         }
+        if let Some(solid) = &self.solid {
+            bounds.add_all(solid.bounds(&state.position));
+        }
         bounds.largest_step(integrator)
     }
 
@@ -199,7 +220,8 @@ impl Model {
         }
         let links = self.links.iter().map(|batch| batch.energy(&state.position));
         let pairs = (self.pairs.as_ref()).map_or(0.0, |pairs| pairs.energy(state, &self.inertia));
-        energy + links.sum::<f64>() + pairs
+        let solid = (self.solid.as_ref()).map_or(0.0, |solid| solid.energy(&state.position));
+        energy + links.sum::<f64>() + pairs + solid
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Fault, Links, PairSpec, SpecError, Track,
+    Fault, Links, PairSpec, SolidSpec, SpecError, Track,
     check::{self, Checked, NOT_NEGATIVE, POSITIVE, not_negative, positive},
 };
 
@@ -12,7 +12,7 @@ pub struct SystemSpec {
     pub positions: Vec<Vector3<f64>>,
     /// At the start, m/s; that of a particle that is fixed or driven does not count.
     pub velocities: Vec<Vector3<f64>>,
-    /// kg, > 0.
+    /// kg, > 0; none where a solid gives them.
     pub masses: Vec<f64>,
     /// Particles that never move; naming one twice is the same as once.
     pub fixed: Vec<u32>,
@@ -30,6 +30,8 @@ pub struct SystemSpec {
     pub links: Vec<Links>,
     /// What acts between any two particles, by distance and orientation.
     pub pairs: Option<PairSpec>,
+    /// The elastic solid that the particles are.
+    pub solid: Option<SolidSpec>,
     /// How a step is taken.
     pub integrator: Integrator,
     /// How a step is divided.
@@ -118,12 +120,15 @@ impl SystemSpec {
             frames,
             links,
             pairs,
+            solid,
             integrator: _,
             stepping,
         } = self;
         let particles = positions.len();
         check::length("velocities", velocities.len(), particles, "particles")?;
-        check::length("masses", masses.len(), particles, "particles")?;
+        if !(masses.is_empty() && solid.is_some()) {
+            check::length("masses", masses.len(), particles, "particles")?;
+        }
         check::finite("positions", positions)?;
         check::finite("velocities", velocities)?;
         check::finite_vector("gravity", gravity)?;
@@ -137,6 +142,9 @@ impl SystemSpec {
         }
         if let Some(pairs) = pairs {
             pairs.check(particles, frames.is_some())?;
+        }
+        if let Some(solid) = solid {
+            solid.check(positions)?;
         }
         for (entry, &index) in fixed.iter().enumerate() {
             check::exists(&format!("fixed[{entry}]"), index, particles)?;

@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Diverged, Fault, Integrator, SpecError, Stepping, SystemSpec, check,
+    Diverged, Fault, Integrator, Solid, SpecError, Stepping, SystemSpec, check,
     integrate::Workspace,
     model::Model,
     state::{Loads, State},
@@ -55,11 +55,25 @@ impl System {
     /// # Errors
     /// [`Diverged`]; the system then stays as it was before the step, or before the last substep.
     pub fn step(&mut self, dt: f64) -> Result<(), Diverged> {
+        let Self {
+            model, state, time, ..
+        } = self;
+        model.drags.lay(&state.position, *time, dt);
         match self.stepping {
             Stepping::Fixed => self.substep(dt),
             Stepping::Stable { most } => self.stable_step(dt, most),
             Stepping::Adaptive { tolerance, most } => self.adaptive_step(dt, tolerance, most),
         }
+    }
+
+    /// Takes hold of a particle, which the next step leads straight to `target`, m, and which stays there until it is led
+    /// elsewhere; or lets it go, by `None`.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn drag(&mut self, particle: u32, target: Option<Vector3<f64>>) {
+        let Model { drags, inertia, .. } = &mut self.model;
+        drags.set(particle, target, inertia);
     }
 
     /// How a step is divided.
@@ -144,10 +158,19 @@ impl System {
         self.model.pairs.as_ref()?.table()
     }
 
+    /// The elastic solid that the particles are, if they are one.
+    #[must_use]
+    pub fn solid(&self) -> Option<&Solid> {
+        self.model.solid.as_deref()
+    }
+
     /// Columns of numbers on which the next step depends, apart from positions: for a digest.
     #[must_use]
     pub fn hidden_state(&self) -> Vec<&[f64]> {
-        let mut columns: Vec<&[f64]> = vec![bytemuck::cast_slice(&self.state.velocity)];
+        let mut columns: Vec<&[f64]> = vec![
+            bytemuck::cast_slice(&self.state.velocity),
+            self.model.drags.summary(),
+        ];
         if let Some(frames) = &self.state.frames {
             columns.push(bytemuck::cast_slice(&frames.orientation));
             columns.push(bytemuck::cast_slice(&frames.momentum));

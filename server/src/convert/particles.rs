@@ -75,6 +75,7 @@ pub(super) fn particles(given: v1::Particles) -> Result<engine::SystemSpec> {
             .map(|(i, given)| links_of(given, &field(&format!("links[{i}]"))))
             .collect::<Result<_>>()?,
         pairs: (given.pairs.map(|given| pair_spec(given, count))).transpose()?,
+        solid: None,
         integrator: integrator(given.integrator)?,
         stepping: stepping(given.stepping),
         positions,

@@ -6,7 +6,7 @@ use sinew_particles::{FrameSpec, Integrator, LinkLaw, Links, System, SystemSpec}
 
 use crate::{build, elastic, particles, run, springs};
 
-fn cases(text: &str) -> Vec<Value> {
+pub(crate) fn cases(text: &str) -> Vec<Value> {
     let golden: Value = serde_json::from_str(text).unwrap();
     golden["cases"].as_array().unwrap().clone()
 }

@@ -13,6 +13,7 @@ mod paper;
 mod refusals;
 mod rotation;
 mod society;
+mod solid;
 mod threads;
 
 use nalgebra::Vector3;

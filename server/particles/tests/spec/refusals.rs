@@ -2,9 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sinew_particles::{
-    Attraction, AttractionLaw, Driven, EndingKind, ExternalForce, Form, FrameSpec, Gradient,
-    LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion, Stepping, System, SystemSpec,
-    Track, Weighting,
+    Attraction, AttractionLaw, Dimension, Driven, EndingKind, ExternalForce, Form, FrameSpec,
+    Gradient, LinkLaw, Links, Material, MaterialLaw, Metric, Normalisation, PairFriction, PairSpec,
+    Reach, Repulsion, SolidSpec, Stepping, System, SystemSpec, Track, Weighting,
 };
 
 use crate::{build, elastic, particles, run, springs};
@@ -380,4 +380,62 @@ fn each_fault_of_pairs_is_refused_by_name() {
     };
     let error = System::new(crowd).unwrap_err().to_string();
     assert!(error.contains("more pairs within reach"), "{error}");
+}
+
+#[test]
+fn every_value_of_a_solid_is_checked() {
+    let solid = || {
+        let rubber = Material {
+            young: 1e4,
+            poisson: 0.3,
+            law: MaterialLaw::NeoHookean,
+        };
+        SolidSpec::new(rubber, 1_000.0)
+    };
+    let metric = |gap, exponent| Metric::Graded { gap, exponent };
+    let mut cases: Vec<(&str, SolidSpec)> = Vec::new();
+    let mut case = |field, change: &dyn Fn(&mut SolidSpec)| {
+        let mut wrong = solid();
+        change(&mut wrong);
+        cases.push((field, wrong));
+    };
+    case("solid.material.young", &|s| s.material.young = 0.0);
+    case("solid.material.poisson", &|s| s.material.poisson = 0.5);
+    case("solid.material.poisson", &|s| s.material.poisson = -0.1);
+    case("solid.density", &|s| s.density = f64::NAN);
+    case("solid.volumes", &|s| s.volumes = Some(vec![1.0]));
+    case("solid.volumes[2]", &|s| {
+        s.volumes = Some(vec![1.0, 1.0, 0.0])
+    });
+    case("solid.metric.gap", &|s| s.metric = metric(0.0, 6.0));
+    case("solid.metric.exponent", &|s| s.metric = metric(1.8, 0.5));
+    case("solid.metric.exponent", &|s| {
+        s.metric = Metric::Geodesic {
+            exponent: f64::INFINITY,
+        }
+    });
+    case("solid.reach", &|s| s.reach = Reach::Length(-1.0));
+    case("solid.reach_spacings", &|s| s.reach = Reach::Spacings(1.0));
+    case("solid.stabilisation", &|s| s.stabilisation = -0.1);
+    case("solid.damping", &|s| s.damping = -1.0);
+    case("positions[1].z", &|s| s.dimension = Dimension::Plane);
+    for (field, wrong) in cases {
+        let spec = SystemSpec {
+            masses: Vec::new(),
+            solid: Some(wrong),
+            ..particles(vec![Vector3::zeros(), Vector3::z(), Vector3::y()])
+        };
+        assert_eq!(System::new(spec).unwrap_err().field, field);
+    }
+    let whole = SystemSpec {
+        masses: Vec::new(),
+        solid: Some(solid()),
+        ..particles(vec![Vector3::zeros(), Vector3::z(), Vector3::y()])
+    };
+    assert!(System::new(whole).is_ok());
+    let massless = SystemSpec {
+        masses: Vec::new(),
+        ..particles(vec![Vector3::zeros()])
+    };
+    assert_eq!(System::new(massless).unwrap_err().field, "masses");
 }
