@@ -6,10 +6,11 @@ usage: bridges.py SINEW-SERVER SINEW [KIND…]
 import socket
 import sys
 
+import motive
 import osc
 from stage import Stage
 
-KINDS = {"osc": osc.test}
+KINDS = {"osc": osc.test, "natnet": motive.test}
 
 
 def free_port():

@@ -4,6 +4,7 @@ The peers move all of their points along x, at SPEED by their own clocks, so tha
 a frame that the session publishes says how long that took.
 """
 
+import atexit
 import signal
 import statistics
 import struct
@@ -20,6 +21,13 @@ from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoRe
 SPEED = 0.5  # m/s
 RATE = 100  # Hz
 VALID = 1  # PointState
+
+
+def start(command, **options):
+    """A program that does not outlive the test."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **options)
+    atexit.register(process.kill)
+    return process
 
 
 def check(truth, what):
@@ -77,7 +85,7 @@ class Stage:
 
     def __init__(self, server, sinew, rest):
         self.sinew, self.rest = sinew, rest
-        self.process = subprocess.Popen([server, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+        self.process = start([server, "--listen", "127.0.0.1:0"])
         self.address = self.process.stdout.readline().split("http://")[1].split("/")[0]
         self.channel = grpc.insecure_channel(self.address)
         pool = DescriptorPool(ProtoReflectionDescriptorDatabase(self.channel))
@@ -108,7 +116,7 @@ class Stage:
     def bridge(self, name, *arguments):
         kind, *rest = arguments
         command = [self.sinew, "bridge", kind, "--session", name, "--server", self.address, *rest]
-        return Bridge(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        return Bridge(start(command, stderr=subprocess.PIPE))
 
     def displacement(self, seen, point=0):
         return seen.points[point][0] - list(self.rest.values())[point][0]

@@ -6,7 +6,9 @@
 //!
 //! What a protocol says is decoded by functions that have no socket, so that every byte of it can be tested.
 
+mod cursor;
 mod error;
+pub mod natnet;
 
 mod time;
 pub mod vmc;
@@ -14,6 +16,7 @@ pub mod vmc;
 use nalgebra::Vector3;
 use tokio::sync::mpsc;
 
+pub use cursor::Garbled;
 pub use error::BridgeError;
 pub use time::{Local, PeerClock};
 

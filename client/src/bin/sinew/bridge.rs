@@ -1,11 +1,11 @@
 //! `sinew bridge`: live motion capture of other programs to a session.
 
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 
 use clap::{Args, Subcommand, ValueEnum};
 use sinew_client::{
     Relay, RelaySettings,
-    bridges::{Source, vmc},
+    bridges::{Source, natnet, vmc},
 };
 use sinew_proto::v1;
 
@@ -23,6 +23,7 @@ use crate::{
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew bridge osc --session stage                      VMC protocol, at UDP port 39539
+  sinew bridge natnet 10.0.0.5 --session stage          OptiTrack Motive
 
 `sinew bridge KIND --help` shows examples of each kind.")]
 pub(crate) struct Arguments {
@@ -47,6 +48,34 @@ enum Kind {
         #[command(flatten)]
         common: Common,
     },
+    /// Markers, rigid bodies and bones of OptiTrack Motive by NatNet 3 and 4.
+    ///
+    /// Labels: `Set:Marker`, the rigid bodies' names, `Skeleton:Bone`; a scene may name markers without their set where
+    /// that is unambiguous. Positions are in metres, y up and right-handed, as Motive streams by default. Frames are
+    /// timed by the cameras' exposure.
+    #[command(after_help = "Examples:
+  sinew bridge natnet 10.0.0.5 --session stage
+  sinew bridge natnet 10.0.0.5 --local 10.0.0.7 --session stage   of several networks, this one
+  sinew bridge natnet 127.0.0.1 --session stage --axes z-up       Motive set to stream z up")]
+    Natnet {
+        /// Motive's machine, and where it listens to commands if not at 1510.
+        #[arg(value_name = "ADDRESS[:PORT]", value_parser = natnet_server)]
+        server_address: SocketAddrV4,
+        /// The address of this machine on the same network. Without it: the one from which the server is reached.
+        #[arg(long, value_name = "ADDRESS")]
+        local: Option<Ipv4Addr>,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+fn natnet_server(text: &str) -> Result<SocketAddrV4, String> {
+    let address = text
+        .parse()
+        .map(|ip| SocketAddrV4::new(ip, natnet::COMMAND_PORT));
+    address
+        .or_else(|_| text.parse())
+        .map_err(|_| "write an IPv4 address, such as 10.0.0.5 or 10.0.0.5:1510".to_owned())
 }
 
 /// Of every kind.
@@ -100,6 +129,16 @@ impl From<Axes> for v1::Axes {
 pub(crate) async fn bridge(arguments: Arguments) -> Result<(), Failure> {
     match arguments.kind {
         Kind::Osc { listen, common } => common.relay(vmc::listen(listen).await?).await,
+        Kind::Natnet {
+            server_address,
+            local,
+            common,
+        } => {
+            let local = local.map_or_else(|| natnet::towards(server_address), Ok)?;
+            common
+                .relay(natnet::connect(server_address, local).await?)
+                .await
+        }
     }
 }
 
