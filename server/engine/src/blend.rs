@@ -60,12 +60,18 @@ impl Blend {
         Ok(())
     }
 
-    /// As [`Bound::followed`].
+    /// As [`Bound::rebound`] and [`Bound::take`].
     ///
     /// # Errors
     /// As [`Rest::bind`]; nothing is changed then.
-    pub(crate) fn follow(&mut self, rest: &Rest, patch: &Patch) -> Result<(), SceneError> {
-        self.from = self.from.followed(rest, patch)?;
+    pub(crate) fn follow(
+        &mut self,
+        rest: &Rest,
+        patch: &Patch,
+        moved: &[u32],
+    ) -> Result<(), SceneError> {
+        let rebound = self.from.rebound(rest, patch, moved)?;
+        self.from.take(rebound, rest.version);
         self.left.resize(rest.vertices.len(), Vector3::zeros());
         Ok(())
     }

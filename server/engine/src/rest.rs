@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
-use sinew_mapping::Binding;
+use sinew_mapping::{Binding, Mesh, Renewal};
 use sinew_mesh::{Cells, Complex};
 use sinew_tearing::Patch;
 use xxhash_rust::xxh3::xxh3_64;
@@ -46,6 +46,13 @@ pub struct Bound {
     fingerprint: u64,
 }
 
+/// What of a binding was bound anew.
+pub(crate) enum Rebound {
+    Not,
+    Some(Box<Renewal>),
+    Whole(Box<Binding>),
+}
+
 impl Rest {
     /// Before any change of the mesh. `points` are not read where not `present`.
     pub(crate) fn new(
@@ -62,6 +69,24 @@ impl Rest {
             present,
             vertices,
             cells: Arc::clone(cells),
+            complex: OnceLock::new(),
+        }
+    }
+
+    /// The same points, and a mesh that changed.
+    pub(crate) fn changed(
+        &self,
+        version: u64,
+        vertices: Vec<Vector3<f64>>,
+        cells: Arc<Cells>,
+    ) -> Self {
+        Self {
+            version,
+            labels: self.labels.clone(),
+            points: self.points.clone(),
+            present: self.present.clone(),
+            vertices,
+            cells,
             complex: OnceLock::new(),
         }
     }
@@ -122,15 +147,35 @@ impl Rest {
 }
 
 impl Bound {
-    /// The mapping bound to a mesh that changed, by the scale that it had. Where the last pose is its frame of reference,
-    /// it goes on from there, new vertices from the midst of their parents.
+    /// Binds the mapping to a mesh that changed, by the scale that it had: only the vertices that are new or `moved` at
+    /// rest where that is the same, else all. Where the last pose is its frame of reference, it goes on from there, new
+    /// vertices from the midst of their parents.
     ///
     /// # Errors
     /// As [`Rest::bind`].
-    pub(crate) fn followed(&self, rest: &Rest, patch: &Patch) -> Result<Self, SceneError> {
-        let mut recipe = self.mapping.recipe.clone();
+    pub(crate) fn rebound(
+        &self,
+        rest: &Rest,
+        patch: &Patch,
+        moved: &[u32],
+    ) -> Result<Rebound, SceneError> {
+        let recipe = &self.mapping.recipe;
+        let vertices = [self.binding.dominant().len(), rest.vertices.len()];
+        let [before, after] = vertices.map(|count| u32::try_from(count).expect("slots are u32"));
+        let stale: Vec<u32> = moved.iter().copied().chain(before..after).collect();
+        if stale.is_empty() && recipe.stands_alone() {
+            return Ok(Rebound::Not);
+        }
+        let usable = rest.usable(&self.mapping)?;
+        let mesh = Mesh::of_vertices(&rest.vertices);
+        let renewal = (self.binding).renewal(&mesh, &rest.points, &usable, recipe, &stale);
+        if let Some(renewal) = renewal {
+            return Ok(Rebound::Some(Box::new(renewal)));
+        }
+        let mut recipe = recipe.clone();
         recipe.weighting.scale = Some(self.binding.scale());
         let mut binding = rest.binding(&self.mapping, &recipe)?;
+        binding.go_on(&self.binding);
         if let Some([vertices, points]) = self.binding.previous() {
             let mut vertices = vertices.to_vec();
             for ends in patch.vertex_parent_offsets.windows(2) {
@@ -143,12 +188,17 @@ impl Bound {
             }
             binding.resume(&vertices, points);
         }
-        Ok(Self {
-            mapping: self.mapping.clone(),
-            binding,
-            version: rest.version,
-            fingerprint: self.fingerprint,
-        })
+        Ok(Rebound::Whole(Box::new(binding)))
+    }
+
+    /// Takes over what was bound anew to this version of the mesh.
+    pub(crate) fn take(&mut self, rebound: Rebound, version: u64) {
+        match rebound {
+            Rebound::Not => {}
+            Rebound::Some(renewal) => self.binding.renew(*renewal),
+            Rebound::Whole(binding) => self.binding = *binding,
+        }
+        self.version = version;
     }
 
     /// What measures of the mesh compare with.

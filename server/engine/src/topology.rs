@@ -1,6 +1,6 @@
 //! Changes of the mesh: from what is asked to what came of it.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_mesh::{Cells, Grid};
@@ -10,7 +10,6 @@ use crate::{
     change::{Change, Event, EventKind},
     digest::Digest,
     frame::{Frame, Layout},
-    rest::Rest,
     scene::SceneError,
     world::{StepError, World},
 };
@@ -197,18 +196,14 @@ impl World {
             .cells
             .patched(&patch.slots, &patch.cells, vertices);
         let cells = Arc::new(cells.expect("the body's patches fit its cells"));
-        let rest = Arc::new(Rest {
-            version: body.version(),
-            cells: Arc::clone(&cells),
-            complex: OnceLock::new(),
-            vertices: body.rest().to_vec(),
-            ..Rest::clone(&self.rest)
-        });
-        let bound = self.bound.followed(&rest, patch)?;
+        let (version, places) = (body.version(), body.rest().to_vec());
+        let rest = self.rest.changed(version, places, Arc::clone(&cells));
+        let moved = moved(&self.rest.vertices, &rest.vertices, patch);
+        let bound = self.bound.rebound(&rest, patch, &moved)?;
         if let Some(blend) = &mut self.blend {
-            blend.follow(&rest, patch)?;
+            blend.follow(&rest, patch, &moved)?;
         }
-        self.bound = bound;
+        self.bound.take(bound, version);
         topology.changed_at.resize(vertices, None);
         for &vertex in &patch.cells.connectivity {
             topology.changed_at[vertex as usize] = Some(step);
@@ -227,9 +222,21 @@ impl World {
             dominant: self.bound.binding.dominant().to_vec(),
             cells,
         });
-        self.rest = rest;
+        self.rest = Arc::new(rest);
         Ok(())
     }
+}
+
+/// The vertices of changed cells that are elsewhere at rest than before, ascending.
+fn moved(before: &[Vector3<f64>], after: &[Vector3<f64>], patch: &Patch) -> Vec<u32> {
+    let mut moved = patch.cells.connectivity.clone();
+    moved.sort_unstable();
+    moved.dedup();
+    moved.retain(|&vertex| {
+        let before = before.get(vertex as usize);
+        before.is_some_and(|before| *before != after[vertex as usize])
+    });
+    moved
 }
 
 /// What came of an ask, as events.

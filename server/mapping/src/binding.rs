@@ -18,10 +18,9 @@ const LARGEST_COEFFICIENT: f64 = 1e30;
 #[derive(Clone, Debug)]
 pub struct Binding {
     points: usize,
-    /// Of the kernel.
-    scale: f64,
-    dominant: Vec<u32>,
-    operator: Operator,
+    pub(crate) compiler: Compiler,
+    pub(crate) dominant: Vec<u32>,
+    pub(crate) operator: Operator,
     previous: Option<Previous>,
 }
 
@@ -91,12 +90,7 @@ pub fn bind_mesh(
         reach,
         clusters: None,
     };
-    let first_kept = distances
-        .points
-        .iter()
-        .step_by(distances.stride)
-        .copied()
-        .collect();
+    let first_kept = distances.firsts();
     let kept = match recipe.reference {
         Reference::Initial => None,
         Reference::Previous => Some(distances.clone()),
@@ -104,14 +98,15 @@ pub fn bind_mesh(
     let operator = compiler.compile(vertices, points, distances)?;
     Ok(Binding {
         points: points.len(),
-        scale,
         dominant: match &operator {
             Operator::Linear(linear) => linear.weights.dominant(),
             Operator::Shape(_) => first_kept,
         },
         operator,
-        previous: kept
-            .and_then(|kept| Previous::new(compiler, &recipe.weighting, kept, vertices, points)),
+        previous: kept.and_then(|kept| {
+            Previous::new(compiler.clone(), &recipe.weighting, kept, vertices, points)
+        }),
+        compiler,
     })
 }
 
@@ -155,7 +150,7 @@ impl Binding {
     /// The length scale of the kernel: the one asked for, or the one of `[W5]` or `[W9]`.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        self.scale
+        self.compiler.scale
     }
 
     /// The points that act on a vertex with their weights, nearest point at rest first; by index where vertices share a
@@ -222,6 +217,19 @@ impl Binding {
         match &self.operator {
             Operator::Linear(_) => self.previous.is_none(),
             Operator::Shape(_) => false,
+        }
+    }
+
+    /// Goes on from the rotations of a binding of the same points to the mesh before it changed, where vertices that it
+    /// had still have the same points. O(k V).
+    ///
+    /// # Panics
+    /// If that one had vertices that this one has not.
+    pub fn go_on(&mut self, before: &Self) {
+        if let (Operator::Shape(own), Operator::Shape(before)) =
+            (&mut self.operator, &before.operator)
+        {
+            own.go_on(before);
         }
     }
 

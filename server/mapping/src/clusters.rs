@@ -66,6 +66,36 @@ impl Clusters {
         (clusters, shares)
     }
 
+    /// The cluster that has these points, ascending, if there is one. Of [`cluster`]'s, which are ordered by their points.
+    pub(crate) fn find(&self, set: &[u32]) -> Option<u32> {
+        let at = |cluster: u32| {
+            let cluster = cluster as usize;
+            &self.members[self.first[cluster]..self.first[cluster + 1]]
+        };
+        let count = u32::try_from(self.first.len() - 1).expect("no more than vertices");
+        let (mut low, mut high) = (0, count);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if at(middle) < set {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        (low < count && at(low) == set).then_some(low)
+    }
+
+    /// Appends the clusters of other vertices, which come after these.
+    pub(crate) fn append(&mut self, more: &Self) {
+        let clusters = u32::try_from(self.first.len() - 1).expect("no more than vertices");
+        let members = self.members.len();
+        let of_vertex = more.of_vertex.iter();
+        self.of_vertex.extend(of_vertex.map(|own| clusters + own));
+        self.first
+            .extend(more.first[1..].iter().map(|end| members + end));
+        self.members.extend_from_slice(&more.members);
+    }
+
     /// The points of each cluster.
     pub(crate) fn sets(&self) -> impl Iterator<Item = &[u32]> {
         self.columns(&self.members)

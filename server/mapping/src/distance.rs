@@ -25,6 +25,12 @@ impl Distances {
         row.partition_point(|&squared| squared < f64::INFINITY)
     }
 
+    /// The first point of each row.
+    pub(crate) fn firsts(&self) -> Vec<u32> {
+        let firsts = self.points.iter().step_by(self.stride);
+        firsts.copied().collect()
+    }
+
     /// How many rows there are.
     pub(crate) fn len(&self) -> usize {
         self.points.len() / self.stride

@@ -61,6 +61,7 @@ mod preset;
 mod quadratic;
 mod rbf;
 mod recipe;
+mod renewal;
 mod roots;
 mod rotation;
 mod shape;
@@ -78,4 +79,5 @@ pub use recipe::{
     Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
     RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
 };
+pub use renewal::Renewal;
 pub use targets::{Cells, Mesh, distances};

@@ -32,6 +32,18 @@ impl Linear {
         }
     }
 
+    /// Takes over vertices of another operator of the same points: as those of `to`, ascending, of which the last may be
+    /// appended.
+    pub(crate) fn take(&mut self, to: &[u32], some: &Self) {
+        self.weights.take(to, &some.weights);
+        for (&vertex, rest) in to.iter().zip(&some.rest_vertices) {
+            match self.rest_vertices.get_mut(vertex as usize) {
+                Some(own) => *own = *rest,
+                None => self.rest_vertices.push(*rest),
+            }
+        }
+    }
+
     pub(crate) fn pose(&mut self, points: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         for ((displacement, now), rest) in self
             .displacements

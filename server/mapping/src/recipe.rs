@@ -11,6 +11,16 @@ pub struct Recipe {
     pub reference: Reference,
 }
 
+impl Recipe {
+    /// Whether which points a vertex keeps, and how far they are, depends on its place and on the points alone.
+    #[must_use]
+    pub fn stands_alone(&self) -> bool {
+        self.weighting.metric == Metric::Straight
+            && self.weighting.targets == Dimension::Vertex
+            && !self.filter.needs_volumes()
+    }
+}
+
 /// The frame of reference of a rule. `[M16]`
 ///
 /// Which points a vertex keeps is decided at rest, once, in both.

@@ -191,6 +191,60 @@ impl Shape {
         Some((first, 1 + same.count()))
     }
 
+    /// Of each vertex of a shape of the same points, the own cluster that has the same of them; `None` where there is
+    /// none.
+    pub(crate) fn homes(&self, some: &Self) -> Option<Vec<u32>> {
+        let found: Option<Vec<u32>> = some
+            .clusters
+            .sets()
+            .map(|set| self.clusters.find(set))
+            .collect();
+        let found = found?;
+        let of_vertex = some.clusters.of_vertex.iter();
+        Some(of_vertex.map(|&cluster| found[cluster as usize]).collect())
+    }
+
+    /// Appends the vertices of a shape of the same points: to own clusters as [`Self::homes`] tells, or with clusters of
+    /// their own where `homes` is empty.
+    pub(crate) fn append(&mut self, some: Self, homes: &[u32]) {
+        let Self {
+            clusters,
+            offsets,
+            shares,
+            arms,
+            spreads,
+            rotations,
+            motions,
+            mode: _,
+        } = some;
+        self.offsets.extend(offsets);
+        let own = Arc::make_mut(&mut self.clusters);
+        if !homes.is_empty() {
+            own.of_vertex.extend(homes);
+            return;
+        }
+        own.append(&clusters);
+        self.shares.extend(shares);
+        self.arms.extend(arms);
+        self.spreads.extend(spreads);
+        self.rotations.extend(rotations);
+        self.motions.extend(motions);
+    }
+
+    /// Goes on from the rotations of the shape before, where vertices that it had still have the same points.
+    pub(crate) fn go_on(&mut self, before: &Self) {
+        for vertex in 0..before.offsets.len() {
+            let [here, there] = [&self.clusters, &before.clusters].map(|clusters| {
+                let cluster = clusters.of_vertex[vertex] as usize;
+                let set = &clusters.members[clusters.first[cluster]..clusters.first[cluster + 1]];
+                (cluster, set)
+            });
+            if here.1 == there.1 {
+                self.rotations[here.0] = before.rotations[there.0];
+            }
+        }
+    }
+
     pub(crate) fn rotations(&self) -> &[UnitQuaternion<f64>] {
         &self.rotations
     }

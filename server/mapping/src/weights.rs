@@ -131,6 +131,46 @@ impl Weights {
             .map(|(place, point)| (point, values[place]))
     }
 
+    /// Takes over rows of other weights: those of `to`, ascending, of which the last may be appended.
+    pub(crate) fn take(&mut self, to: &[u32], rows: &Self) {
+        if self.stride < rows.stride {
+            self.widen(rows.stride);
+        }
+        let stride = self.stride;
+        for (at, &row) in to.iter().enumerate() {
+            let from = at * rows.stride..(at + 1) * rows.stride;
+            let row = row as usize * stride..(row as usize + 1) * stride;
+            if row.end > self.points.len() {
+                self.points.resize(row.end, 0);
+                self.values.resize(row.end, 0.0);
+            }
+            let (points, values) = (&mut self.points[row.clone()], &mut self.values[row]);
+            points.fill(rows.points[from.start]);
+            values.fill(0.0);
+            points[..rows.stride].copy_from_slice(&rows.points[from.clone()]);
+            values[..rows.stride].copy_from_slice(&rows.values[from]);
+        }
+    }
+
+    /// Makes the rows longer.
+    fn widen(&mut self, stride: usize) {
+        let rows = self.points.len() / self.stride;
+        let mut wide = Self {
+            stride,
+            points: Vec::with_capacity(rows * stride),
+            values: Vec::with_capacity(rows * stride),
+        };
+        let old =
+            (self.points.chunks_exact(self.stride)).zip(self.values.chunks_exact(self.stride));
+        for (row, (points, values)) in (1..).zip(old) {
+            wide.points.extend_from_slice(points);
+            wide.points.resize(row * stride, points[0]);
+            wide.values.extend_from_slice(values);
+            wide.values.resize(row * stride, 0.0);
+        }
+        *self = wide;
+    }
+
     /// The point of greatest weight of each vertex, ties to the lower index.
     pub(crate) fn dominant(&self) -> Vec<u32> {
         let strongest = |(points, values): (&[u32], &[f64])| {

@@ -2,6 +2,7 @@
 
 mod common;
 mod following;
+mod rebinding;
 mod remap;
 mod rules;
 mod tearing;
