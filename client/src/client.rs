@@ -202,20 +202,16 @@ impl Client {
         Ok(assets.upload_asset(items).await?.into_inner())
     }
 
-    /// Makes a scene's mesh of a grid: inside the scene where it is small, else uploaded.
+    /// Makes the source of a scene's mesh of a grid: inside the scene where it is small, else uploaded.
     ///
     /// # Errors
     /// As [`Client::upload_grid`].
-    pub async fn mesh(&self, grid: &Grid) -> Result<v1::Mesh, ClientError> {
+    pub async fn mesh_source(&self, grid: &Grid) -> Result<v1::mesh::Source, ClientError> {
         let packed = grid::to_proto(grid);
-        let source = if upload::size(&packed) <= MAX_INLINE_BYTES {
+        Ok(if upload::size(&packed) <= MAX_INLINE_BYTES {
             v1::mesh::Source::Grid(packed)
         } else {
             v1::mesh::Source::Asset(self.upload_grid(&packed).await?.name)
-        };
-        Ok(v1::Mesh {
-            source: Some(source),
-            ..v1::Mesh::default()
         })
     }
 

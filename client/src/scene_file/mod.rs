@@ -103,7 +103,9 @@ impl SceneFile {
     pub async fn scene_for(&self, client: &Client) -> Result<v1::Scene, ClientError> {
         let mut scene = self.scene.clone();
         if let Some(grid) = &self.grid {
-            scene.mesh = Some(client.mesh(grid).await?);
+            let mesh = scene.mesh.get_or_insert_default();
+            mesh.source = Some(client.mesh_source(grid).await?);
+            mesh.file_unit_metres = 0.0;
         }
         Ok(scene)
     }
