@@ -161,6 +161,13 @@ impl Model {
         }
     }
 
+    /// Whether loads depend on velocities.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.links.iter().any(Batch::is_damped)
+            || self.pairs.as_ref().is_some_and(PairForces::is_damped)
+            || self.solid.as_ref().is_some_and(|solid| solid.is_damped())
+    }
+
     /// m/s²; zero for a particle that is held.
     pub(crate) fn acceleration(&self, i: usize, loads: &Loads) -> Vector3<f64> {
         if self.inertia.is_free(i) {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::rows::{BLOCK, Rows, is_shared};
+use crate::rows::{Rows, block_of, is_shared};
 
 /// Cells from the middle to either side; whoever is farther out shares the outermost, which costs time and nothing else.
 const CELLS: f64 = (1 << 20) as f64;
@@ -161,11 +161,10 @@ struct Finder<'a> {
     places: &'a [Vector3<f64>],
 }
 
-/// The rows of some places: how many partners each has within its block and across, and all of them.
+/// The rows of some places: how many partners each has, and all of them.
 #[derive(Default)]
 struct Found {
-    inside: Vec<usize>,
-    border: Vec<usize>,
+    counts: Vec<usize>,
     partners: Vec<u32>,
 }
 
@@ -175,9 +174,9 @@ impl Finder<'_> {
         class: &(impl Fn(u32, u32) -> Option<usize> + Sync),
     ) -> Result<[Rows<u32>; 2], Crowded> {
         let places = self.places.len();
-        let blocks = places.div_ceil(BLOCK);
-        let block =
-            |block: usize| self.block(block * BLOCK..places.min((block + 1) * BLOCK), class);
+        let size = block_of(places);
+        let blocks = places.div_ceil(size);
+        let block = |block: usize| self.block(block * size..places.min((block + 1) * size), class);
         let found: Result<Vec<[Found; 2]>, Crowded> = if is_shared(places) {
             (0..blocks).into_par_iter().map(block).collect()
         } else {
@@ -188,13 +187,8 @@ impl Finder<'_> {
             parts[0].push(first);
             parts[1].push(second);
         }
-        Ok(parts.map(|parts| {
-            Rows::joined(
-                parts
-                    .into_iter()
-                    .map(|part| (part.inside, part.border, part.partners)),
-            )
-        }))
+        Ok(parts
+            .map(|parts| Rows::joined(parts.into_iter().map(|part| (part.counts, part.partners)))))
     }
 
     /// The rows of a block of places.
@@ -204,7 +198,7 @@ impl Finder<'_> {
         class: &impl Fn(u32, u32) -> Option<usize>,
     ) -> Result<[Found; 2], Crowded> {
         let mut found: [Found; 2] = Default::default();
-        let mut border: [Vec<u32>; 2] = Default::default();
+        let mut near = Vec::new();
         let first = self
             .cells
             .partition_point(|(_, places)| places.end <= block.start);
@@ -214,45 +208,59 @@ impl Finder<'_> {
             }
             let around = self.around(*key);
             for a in places.start.max(block.start)..places.end.min(block.end) {
-                let before = [0, 1].map(|class: usize| found[class].partners.len());
-                for b in around.iter().cloned().flatten() {
+                near.clear();
+                for cell in &around {
                     // A pair within the block stands in the row of its first end alone.
-                    let inside = block.contains(&b);
-                    if inside && b <= a {
-                        continue;
-                    }
-                    let square = (self.places[b] - self.places[a]).norm_squared();
-                    if square >= self.squares[0].max(self.squares[1]) {
-                        continue;
-                    }
-                    let Some(class) = class(self.order[a], self.order[b]) else {
-                        continue;
-                    };
-                    if square < self.squares[class] {
-                        let to = if inside {
-                            &mut found[class].partners
-                        } else {
-                            &mut border[class]
-                        };
-                        to.push(u32::try_from(b).expect("particles are counted in 32 bits"));
-                    }
+                    self.pick(a, cell.start..cell.end.min(block.start), &mut near);
+                    self.pick(a, cell.start.max(a + 1)..cell.end, &mut near);
                 }
-                for class in [0, 1] {
-                    let Found {
-                        inside,
-                        border: across,
-                        partners,
-                    } = &mut found[class];
-                    inside.push(partners.len() - before[class]);
-                    across.push(border[class].len());
-                    partners.append(&mut border[class]);
-                    if partners.len() > CROWD * BLOCK {
+                for (of_class, Found { counts, partners }) in found.iter_mut().enumerate() {
+                    let before = partners.len();
+                    partners.extend(
+                        near.iter()
+                            .filter(|&&b| self.is_kept(a, b, of_class, class)),
+                    );
+                    counts.push(partners.len() - before);
+                    if partners.len() > CROWD * block_of(self.places.len()) {
                         return Err(Crowded);
                     }
                 }
             }
         }
         Ok(found)
+    }
+
+    /// Adds those of some places that are near enough for one class or the other.
+    ///
+    /// Without a branch, which no processor would foresee: each place is written, and counted if it is near.
+    #[inline]
+    fn pick(&self, a: usize, places: Range<usize>, near: &mut Vec<u32>) {
+        if places.is_empty() {
+            return;
+        }
+        let square = self.squares[0].max(self.squares[1]);
+        let at = self.places[a];
+        let mut count = near.len();
+        near.resize(count + places.len(), 0);
+        let first = u32::try_from(places.start).expect("particles are counted in 32 bits");
+        for (b, place) in (first..).zip(&self.places[places]) {
+            near[count] = b;
+            count += usize::from((place - at).norm_squared() < square);
+        }
+        near.truncate(count);
+    }
+
+    /// Whether the row of a place has another, which is near enough for one class or the other, in a class.
+    fn is_kept(
+        &self,
+        a: usize,
+        b: u32,
+        of_class: usize,
+        class: &impl Fn(u32, u32) -> Option<usize>,
+    ) -> bool {
+        let b = b as usize;
+        class(self.order[a], self.order[b]) == Some(of_class)
+            && (self.places[b] - self.places[a]).norm_squared() < self.squares[of_class]
     }
 
     /// The places in a cell and in the 26 around it.

@@ -5,8 +5,15 @@ use rayon::prelude::*;
 
 use crate::pairs::PairLoad;
 
-/// Particles per block: enough work to pay for a task, few enough for every thread to get some.
-pub(crate) const BLOCK: usize = 8192;
+/// Least particles per block: enough work to pay for a task.
+const BLOCK: usize = 8192;
+/// Most blocks: pairs across them are evaluated twice, so more threads than these would gain little.
+const BLOCKS: usize = 16;
+
+/// Particles per block of so many: of their number alone, not of the threads, so that sums have the same bits.
+pub(crate) fn block_of(particles: usize) -> usize {
+    particles.div_ceil(BLOCKS).max(BLOCK)
+}
 
 /// Whether a column of `len` entries pays for waking the other threads.
 pub(crate) fn is_shared(len: usize) -> bool {
@@ -47,15 +54,20 @@ impl Partner for u32 {
 
 /// For each particle the pairs that it evaluates.
 ///
-/// A pair within a block of [`BLOCK`] particles stands in one row and serves both of its ends. A pair across blocks
+/// A pair within a block of particles ([`block_of`]) stands in one row and serves both of its ends. A pair across blocks
 /// stands in the rows of both ends, so that no block writes into another: a little more arithmetic, but neither locks
 /// nor an order that depends on the threads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rows<P> {
-    /// Row i is `partners[start[i]..start[i + 1]]`, within the block up to `split[i]`.
+    /// Row i is `partners[start[i]..start[i + 1]]`.
     start: Vec<usize>,
-    split: Vec<usize>,
     partners: Vec<P>,
+}
+
+/// Whether a pair of so many particles stands in one row.
+fn is_inside(particles: usize, a: usize, b: usize) -> bool {
+    let block = block_of(particles);
+    a / block == b / block
 }
 
 impl<P: Partner> Rows<P> {
@@ -65,62 +77,42 @@ impl<P: Partner> Rows<P> {
         pairs: &[[u32; 2]],
         partner: impl Fn(u32, usize) -> P,
     ) -> Self {
-        let block = |i: u32| i as usize / BLOCK;
-        let mut inside = vec![0_usize; particles];
-        let mut border = vec![0_usize; particles];
-        for &[a, b] in pairs {
-            if block(a) == block(b) {
-                inside[a.min(b) as usize] += 1;
-            } else {
-                border[a as usize] += 1;
-                border[b as usize] += 1;
-            }
-        }
-        let mut start = Vec::with_capacity(particles + 1);
-        let mut split = Vec::with_capacity(particles);
-        let mut end = 0;
-        for (inside, border) in inside.iter().zip(&border) {
-            start.push(end);
-            split.push(end + inside);
-            end += inside + border;
-        }
-        start.push(end);
-        let mut free: [Vec<usize>; 2] = [start.clone(), split.clone()];
-        let mut slots = vec![None; end];
-        let mut put = |part: usize, row: u32, other: u32, pair: usize| {
-            let at = &mut free[part][row as usize];
-            slots[*at] = Some(partner(other, pair));
-            *at += 1;
+        let ends = |&[a, b]: &[u32; 2]| {
+            let first = [a.min(b), a.max(b)];
+            let second =
+                (!is_inside(particles, a as usize, b as usize)).then_some([first[1], first[0]]);
+            [Some(first), second].into_iter().flatten()
         };
-        for (pair, &[a, b]) in pairs.iter().enumerate() {
-            if block(a) == block(b) {
-                put(0, a.min(b), a.max(b), pair);
-            } else {
-                put(1, a, b, pair);
-                put(1, b, a, pair);
+        let mut start = vec![0; particles + 1];
+        for [row, _] in pairs.iter().flat_map(ends) {
+            start[row as usize + 1] += 1;
+        }
+        for row in 0..particles {
+            start[row + 1] += start[row];
+        }
+        let mut free = start.clone();
+        let mut slots = vec![None; start[particles]];
+        for (pair, both) in pairs.iter().enumerate() {
+            for [row, other] in ends(both) {
+                let at = &mut free[row as usize];
+                slots[*at] = Some(partner(other, pair));
+                *at += 1;
             }
         }
         let partners = slots.into_iter().flatten().collect();
-        Self {
-            start,
-            split,
-            partners,
-        }
+        Self { start, partners }
     }
 
-    /// Rows from those of consecutive blocks: for each row how many partners it has within the block and across, and
-    /// all partners.
-    pub(crate) fn joined(blocks: impl Iterator<Item = (Vec<usize>, Vec<usize>, Vec<P>)>) -> Self {
+    /// Rows from those of consecutive blocks: how many partners each row has, and all partners.
+    pub(crate) fn joined(blocks: impl Iterator<Item = (Vec<usize>, Vec<P>)>) -> Self {
         let mut rows = Self {
             start: vec![0],
-            split: Vec::new(),
             partners: Vec::new(),
         };
         let mut end = 0;
-        for (inside, border, mut partners) in blocks {
-            for (inside, border) in inside.iter().zip(&border) {
-                rows.split.push(end + inside);
-                end += inside + border;
+        for (counts, mut partners) in blocks {
+            for count in counts {
+                end += count;
                 rows.start.push(end);
             }
             rows.partners.append(&mut partners);
@@ -128,22 +120,20 @@ impl<P: Partner> Rows<P> {
         rows
     }
 
-    /// The pairs that a particle evaluates: for both ends, and for itself alone.
-    pub(crate) fn row(&self, i: usize) -> (&[P], &[P]) {
-        let row = &self.partners[self.start[i]..self.start[i + 1]];
-        row.split_at(self.split[i] - self.start[i])
+    /// The pairs that a particle evaluates.
+    pub(crate) fn row(&self, i: usize) -> &[P] {
+        &self.partners[self.start[i]..self.start[i + 1]]
     }
 
     /// Every pair at each of its ends, in the order in which forces are summed.
     pub(crate) fn for_each_end(&self, mut visit: impl FnMut(usize, usize, P)) {
-        for i in 0..self.split.len() {
-            let (inside, border) = self.row(i);
-            for &p in inside {
+        let particles = self.start.len().saturating_sub(1);
+        for i in 0..particles {
+            for &p in self.row(i) {
                 visit(i, p.other(), p);
-                visit(p.other(), i, p);
-            }
-            for &p in border {
-                visit(i, p.other(), p);
+                if is_inside(particles, i, p.other()) {
+                    visit(p.other(), i, p);
+                }
             }
         }
     }
@@ -163,22 +153,20 @@ impl<P: Partner> Rows<P> {
         force: &mut [Vector3<f64>],
         push: impl Fn(usize, P) -> Vector3<f64> + Sync,
     ) {
-        let add = |first: usize, force: &mut [Vector3<f64>]| {
+        for_each_block(force, |first, force| {
             for i in first..first + force.len() {
                 let mut own = Vector3::zeros();
-                let (inside, border) = self.row(i);
-                for &p in inside {
+                for &p in self.row(i) {
                     let push = push(i, p);
                     own -= push;
-                    force[p.other() - first] += push;
-                }
-                for &p in border {
-                    own -= push(i, p);
+                    // A partner of another block has its own row.
+                    if let Some(other) = force.get_mut(p.other().wrapping_sub(first)) {
+                        *other += push;
+                    }
                 }
                 force[i - first] += own;
             }
-        };
-        for_each_block(force, add);
+        });
     }
 }
 
@@ -189,41 +177,37 @@ impl Rows<u32> {
         loads: &mut [[Vector3<f64>; 2]],
         load: impl Fn(usize, usize) -> PairLoad + Sync,
     ) {
-        let add = |first: usize, loads: &mut [[Vector3<f64>; 2]]| {
+        for_each_block(loads, |first, loads| {
             for a in first..first + loads.len() {
                 let [mut force, mut torque] = [Vector3::zeros(); 2];
-                let (inside, border) = self.row(a);
-                for &b in inside {
+                for &b in self.row(a) {
                     let b = b as usize;
                     let PairLoad { push, torques } = load(a, b);
                     force -= push;
                     torque += torques[0];
-                    loads[b - first][0] += push;
-                    loads[b - first][1] += torques[1];
-                }
-                for &b in border {
-                    let PairLoad { push, torques } = load(a, b as usize);
-                    force -= push;
-                    torque += torques[0];
+                    if let Some(other) = loads.get_mut(b.wrapping_sub(first)) {
+                        other[0] += push;
+                        other[1] += torques[1];
+                    }
                 }
                 loads[a - first][0] += force;
                 loads[a - first][1] += torque;
             }
-        };
-        for_each_block(loads, add);
+        });
     }
 }
 
-/// Works on blocks of [`BLOCK`] entries, each with the index of its first; by several threads where that pays.
+/// Works on blocks of entries, each with the index of its first; by several threads where that pays.
 pub(crate) fn for_each_block<T: Send>(column: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
+    let size = block_of(column.len());
     if is_shared(column.len()) {
         column
-            .par_chunks_mut(BLOCK)
+            .par_chunks_mut(size)
             .enumerate()
-            .for_each(|(block, part)| work(block * BLOCK, part));
+            .for_each(|(block, part)| work(block * size, part));
     } else {
-        for (block, part) in column.chunks_mut(BLOCK).enumerate() {
-            work(block * BLOCK, part);
+        for (block, part) in column.chunks_mut(size).enumerate() {
+            work(block * size, part);
         }
     }
 }

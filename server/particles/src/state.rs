@@ -2,7 +2,12 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::FrameSpec;
+use rayon::prelude::*;
+
+use crate::{
+    FrameSpec,
+    rows::{for_each_block, is_shared},
+};
 
 /// Positions and motion at one moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,21 +97,28 @@ impl State {
     /// The first particle with a number that is not finite.
     pub(crate) fn first_not_finite(&self) -> Option<usize> {
         // A sum is finite only if its terms are, unless two infinities cancel: then it is not a number.
-        let moving = |i: usize| self.position[i].sum() + self.velocity[i].sum();
-        let turning = |i: usize| {
-            let turn = |f: &Frames| f.orientation[i].coords.sum() + f.momentum[i].sum();
-            self.frames.as_ref().map_or(0.0, turn)
+        let moving = |i: &usize| !(self.position[*i].sum() + self.velocity[*i].sum()).is_finite();
+        let turning = |i: &usize| {
+            let turn = |f: &Frames| f.orientation[*i].coords.sum() + f.momentum[*i].sum();
+            !self.frames.as_ref().map_or(0.0, turn).is_finite()
         };
-        (0..self.position.len()).find(|&i| !(moving(i) + turning(i)).is_finite())
+        let particles = self.position.len();
+        let is_lost = |i: &usize| moving(i) || turning(i);
+        if is_shared(particles) {
+            (0..particles).into_par_iter().find_first(is_lost)
+        } else {
+            (0..particles).find(is_lost)
+        }
     }
 }
 
 impl Loads {
     pub(crate) fn clear(&mut self, particles: usize, framed: bool) {
-        self.force.clear();
-        self.force.resize(particles, Vector3::zeros());
-        self.torque.clear();
-        self.torque
-            .resize(if framed { particles } else { 0 }, Vector3::zeros());
+        let zero = |column: &mut Vec<Vector3<f64>>, len: usize| {
+            column.resize(len, Vector3::zeros());
+            for_each_block(column, |_, part| part.fill(Vector3::zeros()));
+        };
+        zero(&mut self.force, particles);
+        zero(&mut self.torque, if framed { particles } else { 0 });
     }
 }

@@ -3,15 +3,15 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::{Workspace, turned};
 use crate::{
     model::Model,
-    rows::fill,
+    rows::{fill, for_each_block},
     state::{Inertia, Loads, State},
 };
 
 impl Workspace {
     /// Half a kick, a drift, half a kick. `[P13]`
     ///
-    /// The loads of the second kick depend on the velocity that the first one predicts, which keeps order 2 at one
-    /// evaluation per step. The drag on every particle is exact in each half.
+    /// Where loads depend on the velocity, those of the second kick do on what the first one predicts, which keeps order 2
+    /// at one evaluation per step. The drag on every particle is exact in each half.
     pub(super) fn velocity_verlet(&mut self, model: &mut Model, state: &State, time: f64, dt: f64) {
         let before = self.kept.take().unwrap_or_else(|| {
             let mut loads = Loads::default();
@@ -23,14 +23,19 @@ impl Workspace {
             next, loads: after, ..
         } = self;
         let drag = Drag::new(model, half);
+        let damped = model.is_damped();
         let kicked = |model: &Model, i: usize| {
             drag.on_velocity(model, i, state.velocity[i]) + model.acceleration(i, &before) * half
         };
         fill(&mut next.position, &mut next.velocity, |i| {
             let v = kicked(model, i);
-            let predicted = v + model.acceleration(i, &before) * half;
             let x = state.position[i] + v * dt;
-            (x, drag.on_velocity(model, i, predicted))
+            if damped {
+                let predicted = v + model.acceleration(i, &before) * half;
+                (x, drag.on_velocity(model, i, predicted))
+            } else {
+                (x, v)
+            }
         });
         let turning = |model: &Model, i: usize, frames: &crate::state::Frames| {
             let q = &frames.orientation[i];
@@ -46,10 +51,14 @@ impl Workspace {
         }
         model.impose(next, time + dt);
         model.loads(next, time + dt, after);
-        for (i, v) in next.velocity.iter_mut().enumerate() {
-            let kicked = kicked(model, i) + model.acceleration(i, after) * half;
-            *v = drag.on_velocity(model, i, kicked);
-        }
+        let model = &*model;
+        for_each_block(&mut next.velocity, |first, velocity| {
+            for (i, v) in (first..).zip(velocity) {
+                let kicked_once = if damped { kicked(model, i) } else { *v };
+                let kicked_twice = kicked_once + model.acceleration(i, after) * half;
+                *v = drag.on_velocity(model, i, kicked_twice);
+            }
+        });
         if let (Some(frames), Some(next)) = (&state.frames, &mut next.frames) {
             for (i, momentum) in next.momentum.iter_mut().enumerate() {
                 let kicked = turning(model, i, frames) + model.torque(i, after) * half;

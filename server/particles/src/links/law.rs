@@ -1,5 +1,7 @@
 //! The laws of links. Lengths are above 0; a positive force pushes apart.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 /// A law along the line between the ends of a link.
@@ -23,7 +25,42 @@ pub(super) struct Springs {
     pub(super) rest_length: Vec<f64>,
 }
 
+/// Most constants that are shared: a table in the processor's nearest memory, or there is nothing to gain.
+const SHARED: usize = 1024;
+
 impl Springs {
+    /// Keeps equal constants once, and returns where those of each link are: reading them is what large networks spend
+    /// their time on. `None` where there are too many different ones; nothing has changed then.
+    pub(super) fn share(&mut self) -> Option<Vec<u32>> {
+        let constants = |link: usize| {
+            let damping = self.damping.as_ref().map_or(0.0, |damping| damping[link]);
+            [self.stiffness[link], damping, self.rest_length[link]]
+        };
+        let mut found = BTreeMap::new();
+        let mut first = Vec::new();
+        let mut entries = Vec::with_capacity(self.stiffness.len());
+        for link in 0..self.stiffness.len() {
+            let next = u32::try_from(first.len()).expect("at most SHARED");
+            let entry = *found
+                .entry(constants(link).map(f64::to_bits))
+                .or_insert(next);
+            if entry == next {
+                if first.len() == SHARED {
+                    return None;
+                }
+                first.push(link);
+            }
+            entries.push(entry);
+        }
+        let shared =
+            |column: &mut Vec<f64>| *column = first.iter().map(|&link| column[link]).collect();
+        shared(&mut self.stiffness);
+        shared(&mut self.rest_length);
+        self.damping.iter_mut().for_each(shared);
+        Some(entries)
+    }
+
+    #[inline]
     fn drag(&self, link: usize, rate: impl FnOnce() -> f64) -> f64 {
         match &self.damping {
             Some(damping) => -damping[link] * rate(),
@@ -33,6 +70,7 @@ impl Springs {
 }
 
 impl AxialLaw for Springs {
+    #[inline]
     fn force(&self, link: usize, length: f64, rate: impl FnOnce() -> f64) -> f64 {
         -self.stiffness[link] * (length - self.rest_length[link]) + self.drag(link, rate)
     }
@@ -52,6 +90,7 @@ impl AxialLaw for Springs {
 pub(super) struct Contacts(pub(super) Springs);
 
 impl AxialLaw for Contacts {
+    #[inline]
     fn force(&self, link: usize, length: f64, rate: impl FnOnce() -> f64) -> f64 {
         if length < self.0.rest_length[link] {
             // Without the limit a leaving mass would stick to what it leaves.
@@ -85,6 +124,7 @@ impl Breaking {
 }
 
 impl AxialLaw for Breaking {
+    #[inline]
     fn force(&self, link: usize, length: f64, rate: impl FnOnce() -> f64) -> f64 {
         if self.holds(link, length) {
             self.springs.force(link, length, rate)
@@ -132,6 +172,7 @@ impl Plastic {
 }
 
 impl AxialLaw for Plastic {
+    #[inline]
     fn force(&self, link: usize, length: f64, rate: impl FnOnce() -> f64) -> f64 {
         -self.springs.stiffness[link] * self.elongation(link, length)
             + self.springs.drag(link, rate)

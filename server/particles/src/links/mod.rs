@@ -19,6 +19,8 @@ pub(crate) struct Batch {
     ends: Vec<[u32; 2]>,
     /// Where each link stands in the specification; here they are in the order of their rows.
     given: Vec<u32>,
+    /// Where each link's constants are in the columns of the law.
+    entries: Vec<u32>,
     rows: Rows<End>,
     law: Law,
 }
@@ -37,7 +39,7 @@ enum Law {
 #[derive(Clone, Copy, Debug)]
 struct End {
     other: u32,
-    link: u32,
+    entry: u32,
 }
 
 impl Partner for End {
@@ -53,10 +55,6 @@ impl Batch {
         let mut given: Vec<u32> = (0..).take(ends.len()).collect();
         given.sort_by_key(|&link| ends[link as usize].iter().min().copied());
         let ends: Vec<[u32; 2]> = given.iter().map(|&link| ends[link as usize]).collect();
-        let rows = Rows::new(positions.len(), &ends, |other, link| End {
-            other,
-            link: u32::try_from(link).expect("links are counted in 32 bits"),
-        });
         let sorted = |column: Vec<f64>| -> Vec<f64> {
             given.iter().map(|&link| column[link as usize]).collect()
         };
@@ -71,7 +69,7 @@ impl Batch {
                 None => ends.iter().map(|ends| at_start(ends).norm()).collect(),
             },
         };
-        let law = match law {
+        let mut law = match law {
             LinkLaw::Spring(elastic) => Law::Springs(springs(elastic)),
             LinkLaw::Contact(elastic) => Law::Contacts(Contacts(springs(elastic))),
             LinkLaw::Breaking {
@@ -95,9 +93,19 @@ impl Batch {
                 force: forces,
             }),
         };
+        let shared = match &mut law {
+            Law::Springs(springs) | Law::Contacts(Contacts(springs)) => springs.share(),
+            Law::Breaking(_) | Law::Plastic(_) | Law::Table(_) | Law::Friction(_) => None,
+        };
+        let entries = shared.unwrap_or_else(|| (0..).take(ends.len()).collect());
+        let rows = Rows::new(positions.len(), &ends, |other, link| End {
+            other,
+            entry: entries[link],
+        });
         Self {
             ends,
             given,
+            entries,
             rows,
             law,
         }
@@ -112,7 +120,7 @@ impl Batch {
             Law::Plastic(law) => self.add_axial(law, state, force),
             Law::Table(law) => self.add_axial(law, state, force),
             Law::Friction(law) => self.rows.add_pushes(force, |i, p| {
-                let link = p.link as usize;
+                let link = p.entry as usize;
                 let r = state.position[p.other()] - state.position[i];
                 if self.ends[link][0] as usize == i {
                     law.force(link, r)
@@ -124,22 +132,36 @@ impl Batch {
     }
 
     fn add_axial(&self, law: &impl AxialLaw, state: &State, force: &mut [Vector3<f64>]) {
+        let motion = Motion::of(state);
         self.rows.add_pushes(force, |i, p| {
-            axial_push(law, p.link as usize, i, p.other(), state)
+            axial_push(law, p.entry as usize, i, p.other(), motion)
         });
+    }
+
+    /// Whether forces depend on velocities.
+    pub(crate) fn is_damped(&self) -> bool {
+        match &self.law {
+            Law::Springs(springs)
+            | Law::Contacts(Contacts(springs))
+            | Law::Breaking(Breaking { springs, .. })
+            | Law::Plastic(Plastic { springs, .. }) => springs.damping.is_some(),
+            Law::Table(_) | Law::Friction(_) => false,
+        }
     }
 
     /// The force of each link on its second end, N, in the order of the specification.
     pub(crate) fn forces(&self, state: &State) -> Vec<Vector3<f64>> {
+        let motion = Motion::of(state);
         let mut forces = vec![Vector3::zeros(); self.ends.len()];
-        for (link, (&[a, b], &given)) in self.ends.iter().zip(&self.given).enumerate() {
-            let (a, b) = (a as usize, b as usize);
+        let links = self.ends.iter().zip(&self.entries).zip(&self.given);
+        for ((&[a, b], &link), &given) in links {
+            let (a, b, link) = (a as usize, b as usize, link as usize);
             forces[given as usize] = match &self.law {
-                Law::Springs(law) => axial_push(law, link, a, b, state),
-                Law::Contacts(law) => axial_push(law, link, a, b, state),
-                Law::Breaking(law) => axial_push(law, link, a, b, state),
-                Law::Plastic(law) => axial_push(law, link, a, b, state),
-                Law::Table(law) => axial_push(law, link, a, b, state),
+                Law::Springs(law) => axial_push(law, link, a, b, motion),
+                Law::Contacts(law) => axial_push(law, link, a, b, motion),
+                Law::Breaking(law) => axial_push(law, link, a, b, motion),
+                Law::Plastic(law) => axial_push(law, link, a, b, motion),
+                Law::Table(law) => axial_push(law, link, a, b, motion),
                 Law::Friction(law) => law.force(link, state.position[b] - state.position[a]),
             };
         }
@@ -176,7 +198,8 @@ impl Batch {
     /// Elastic energy, J.
     pub(crate) fn energy(&self, position: &[Vector3<f64>]) -> f64 {
         let mut energy = 0.0;
-        for (link, &[a, b]) in self.ends.iter().enumerate() {
+        for (&[a, b], &link) in self.ends.iter().zip(&self.entries) {
+            let link = link as usize;
             let r = position[b as usize] - position[a as usize];
             let length = r.norm();
             energy += match &self.law {
@@ -202,7 +225,7 @@ impl Batch {
             Law::Friction(law) => (law.stiffness[link], 0.0),
         };
         self.rows.for_each_end(|i, other, p| {
-            let (stiffness, damping) = bound(p.link as usize);
+            let (stiffness, damping) = bound(p.entry as usize);
             bounds.add_pair(i, other, stiffness, damping);
         });
     }
@@ -233,13 +256,36 @@ fn settle(law: &mut impl AxialLaw, links: impl Iterator<Item = Vector3<f64>>) {
     }
 }
 
+/// Positions and velocities, m and m/s.
+#[derive(Clone, Copy)]
+struct Motion<'a> {
+    position: &'a [Vector3<f64>],
+    velocity: &'a [Vector3<f64>],
+}
+
+impl<'a> Motion<'a> {
+    fn of(state: &'a State) -> Self {
+        Self {
+            position: &state.position,
+            velocity: &state.velocity,
+        }
+    }
+}
+
 /// The force of an axial link on its end `b`, N; none where the ends coincide, for want of an axis.
-fn axial_push(law: &impl AxialLaw, link: usize, a: usize, b: usize, state: &State) -> Vector3<f64> {
-    let r = state.position[b] - state.position[a];
+#[inline]
+fn axial_push(
+    law: &impl AxialLaw,
+    link: usize,
+    a: usize,
+    b: usize,
+    Motion { position, velocity }: Motion<'_>,
+) -> Vector3<f64> {
+    let r = position[b] - position[a];
     let length = r.norm();
     if length == 0.0 {
         return Vector3::zeros();
     }
-    let rate = || (state.velocity[b] - state.velocity[a]).dot(&r) / length;
+    let rate = || (velocity[b] - velocity[a]).dot(&r) / length;
     r * (law.force(link, length, rate) / length)
 }

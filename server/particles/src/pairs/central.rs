@@ -6,7 +6,7 @@ use super::{
     spec::EndingKind,
     table::Table,
 };
-use crate::rows::Rows;
+use crate::rows::{Rows, for_each_block};
 
 /// A law of the distance alone, exact or tabulated.
 #[derive(Clone, Debug)]
@@ -88,18 +88,73 @@ pub(super) fn add_radial<L: RadialLaw>(
     position: &[Vector3<f64>],
     force: &mut [Vector3<f64>],
 ) {
-    let end = law.reach * law.reach;
-    let core = law.core * law.core;
-    rows.add_pushes(force, |a, b| {
-        let b = b as usize;
-        let r = position[b] - position[a];
-        let square = r.norm_squared();
-        if square >= end {
-            Vector3::zeros()
-        } else if square >= core {
-            r * law.over_distance(square)
-        } else {
-            apart(r, a, b, law.core) * law.over_distance(core)
+    for_each_block(force, |first, force| {
+        let mut near = Near::new();
+        for a in first..first + force.len() {
+            let mut own = Vector3::zeros();
+            for row in rows.row(a).chunks(BATCH) {
+                for (b, push) in near.pushes(law, position, a, row) {
+                    own -= push;
+                    // A partner of another block has its own row.
+                    if let Some(other) = force.get_mut(b.wrapping_sub(first)) {
+                        *other += push;
+                    }
+                }
+            }
+            force[a - first] += own;
         }
     });
+}
+
+/// Pairs of one row that are weighed at once.
+const BATCH: usize = 256;
+
+/// Those of a batch of pairs that are within reach: picked without a branch, which no processor would foresee, so that
+/// the law is one tight loop over them.
+struct Near {
+    partner: [u32; BATCH],
+    r: [Vector3<f64>; BATCH],
+    /// Squared distances, m², then force over distance, N/m.
+    strength: [f64; BATCH],
+}
+
+impl Near {
+    fn new() -> Self {
+        Self {
+            partner: [0; BATCH],
+            r: [Vector3::zeros(); BATCH],
+            strength: [0.0; BATCH],
+        }
+    }
+
+    /// What a particle does to those of at most [`BATCH`] others that are within reach, N.
+    #[inline]
+    fn pushes<L: RadialLaw>(
+        &mut self,
+        law: &Ending<L>,
+        position: &[Vector3<f64>],
+        a: usize,
+        row: &[u32],
+    ) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        let [nearest, farthest] = [law.core * law.core, law.reach * law.reach];
+        let at = position[a];
+        let mut count = 0;
+        for &b in row {
+            let mut r = position[b as usize] - at;
+            let mut square = r.norm_squared();
+            if square < nearest {
+                r = apart(r, a, b as usize, law.core);
+                square = nearest;
+            }
+            self.partner[count] = b;
+            self.r[count] = r;
+            self.strength[count] = square;
+            count += usize::from(square < farthest);
+        }
+        let strength = &mut self.strength[..count];
+        law.weigh(strength);
+        (self.partner[..count].iter().zip(&self.r))
+            .zip(strength)
+            .map(|((&b, r), strength)| (b as usize, r * *strength))
+    }
 }

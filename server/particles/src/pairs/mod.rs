@@ -166,12 +166,28 @@ impl PairForces {
         if self.search.reach == [0.0; 2] {
             return Ok(());
         }
-        let (objects, kinds, bonds) = (&self.objects, &self.kinds, &self.bonds);
-        self.neighbours
-            .update(&self.search, position, |a, b| match bonds {
-                Some(bonds) => (!bonds.holds(a, b)).then_some(REPELLING),
-                None => Some(class(objects, kinds, a, b)),
-            })
+        let Self {
+            search,
+            neighbours,
+            objects,
+            kinds,
+            bonds,
+            ..
+        } = self;
+        match bonds {
+            Some(bonds) => neighbours.update(search, position, |a, b| {
+                (!bonds.holds(a, b)).then_some(REPELLING)
+            }),
+            None if objects.is_empty() && kinds.is_empty() => {
+                neighbours.update(search, position, |_, _| Some(COMPLETE))
+            }
+            None => neighbours.update(search, position, |a, b| Some(class(objects, kinds, a, b))),
+        }
+    }
+
+    /// Whether forces depend on velocities.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.friction.is_some()
     }
 
     /// The order of the particles in the rows of complete pairs, and the rows.

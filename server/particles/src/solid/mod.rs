@@ -251,6 +251,11 @@ impl Solid {
         forces
     }
 
+    /// Whether forces depend on velocities.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.damping > 0.0
+    }
+
     /// Bounds on the eigenvalues of stiffness, 1/s², and damping, 1/s, over mass at positions, m. `[B12]`
     pub(crate) fn bounds(&self, position: &[Vector3<f64>]) -> [f64; 2] {
         let stiffening = (0..position.len()).into_par_iter().map(|i| {

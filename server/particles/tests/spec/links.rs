@@ -1,7 +1,7 @@
 //! What each kind of link does.
 
 use nalgebra::Vector3;
-use sinew_particles::{Driven, LinkLaw, Links, SystemSpec, Track};
+use sinew_particles::{Driven, Elastic, LinkLaw, Links, SystemSpec, Track};
 
 use crate::{build, elastic, particles, run, springs};
 
@@ -42,6 +42,42 @@ fn forces(law: LinkLaw, lengths: &[f64]) -> Vec<f64> {
 
 fn close(found: f64, expected: f64) -> bool {
     (found - expected).abs() < 1e-12
+}
+
+#[test]
+fn each_link_pulls_by_its_own_constants_be_they_few_or_many() {
+    // The first 2,000 links have three kinds of constants, the next as many as there are links.
+    let constants = |link: usize, many: bool| {
+        let kind = if many { link } else { link % 3 } as f64;
+        [1.0 + kind, 0.1 + 0.01 * kind, 0.5 + 0.001 * kind]
+    };
+    for many in [false, true] {
+        let links = 2_000;
+        let column = |k: usize| (0..links).map(|link| constants(link, many)[k]).collect();
+        let mut system = build(SystemSpec {
+            velocities: (0..=links).map(|i| x(-0.1 * i as f64)).collect(),
+            links: vec![Links {
+                ends: (0..2_000).map(|i| [i, i + 1]).collect(),
+                law: LinkLaw::Spring(Elastic {
+                    stiffness: column(0),
+                    damping: column(1),
+                    rest_lengths: Some(column(2)),
+                }),
+            }],
+            ..particles((0..=links).map(|i| x(0.6 * i as f64)).collect())
+        });
+        let force = |link: usize| {
+            let [stiffness, damping, rest] = constants(link, many);
+            stiffness * (rest - 0.6) + 0.1 * damping
+        };
+        for (link, found) in system.link_forces(0).iter().enumerate() {
+            assert!((found.x - force(link)).abs() < 1e-9, "{link}");
+        }
+        let [forces, _] = system.loads();
+        for (i, found) in forces.iter().enumerate().skip(1).take(links - 1) {
+            assert!((found.x - force(i - 1) + force(i)).abs() < 1e-9, "{i}");
+        }
+    }
 }
 
 #[test]
