@@ -3,7 +3,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::compile::{Compiler, Operator, Previous};
 use crate::distance::spacing;
 use crate::targets::Mesh;
-use crate::{Fit, MappingError, RadialBasis, Recipe, Reference, Rule, ShapeMatching, Weighting};
+use crate::{
+    Dimension, Filter, Fit, MappingError, Metric, RadialBasis, Recipe, Reference, Rule,
+    ShapeMatching, Weighting,
+};
 
 /// The most pairs of vertex and point that a binding holds: 1.6 GB of them.
 pub const MAX_INFLUENCES: usize = 1 << 27;
@@ -73,7 +76,17 @@ pub fn bind_mesh(
     check_rule(&recipe.rule)?;
     recipe.filter.check()?;
     let given_scale = resolve_scale(scale, 1.0, points, &usable)?;
-    let (distances, typical) = mesh.kept(points, &usable, recipe)?; // [W1], [W6] to [W8], [F1] to [F5]
+    let together = interpolates_all(recipe, usable.len());
+    let seen = if together {
+        // Distances make no difference, but for the nearest point.
+        &Recipe {
+            filter: Filter::KeepK(1),
+            ..recipe.clone()
+        }
+    } else {
+        recipe
+    };
+    let (distances, typical) = mesh.kept(points, &usable, seen)?; // [W1], [W6] to [W8], [F1] to [F5]
     let scale = match (scale, typical) {
         (None, Some(typical)) => typical, // [W9]
         (Some(_), _) | (None, None) => given_scale,
@@ -88,6 +101,7 @@ pub fn bind_mesh(
         scale,
         rule: recipe.rule,
         reach,
+        together: together.then_some(usable),
         clusters: None,
     };
     let first_kept = distances.firsts();
@@ -100,7 +114,7 @@ pub fn bind_mesh(
         points: points.len(),
         dominant: match &operator {
             Operator::Linear(linear) => linear.weights.dominant(),
-            Operator::Shape(_) => first_kept,
+            Operator::Shape(_) | Operator::Interpolation(_) => first_kept,
         },
         operator,
         previous: kept.and_then(|kept| {
@@ -132,6 +146,7 @@ impl Binding {
         match &mut self.operator {
             Operator::Linear(linear) => linear.pose(points, out),
             Operator::Shape(shape) => shape.pose(points, out),
+            Operator::Interpolation(all) => all.pose(points, out),
         }
         if let Some(previous) = &mut self.previous {
             previous.vertices.copy_from_slice(out);
@@ -140,8 +155,8 @@ impl Binding {
         Ok(())
     }
 
-    /// The point of greatest weight of each vertex, ties to the lower index; of fits that share or turn, the first kept:
-    /// the nearest.
+    /// The point of greatest weight of each vertex, ties to the lower index; of fits that share or turn and of an
+    /// interpolation of all points, the first kept: the nearest.
     #[must_use]
     pub fn dominant(&self) -> &[u32] {
         &self.dominant
@@ -156,7 +171,8 @@ impl Binding {
     /// The points that act on a vertex with their weights, nearest point at rest first; by index where vertices share a
     /// fit or an interpolation.
     ///
-    /// The weights sum to 1, but for an interpolation without a polynomial. In a fit they are what each point counts.
+    /// The weights sum to 1, but for an interpolation without a polynomial. In a fit they are what each point counts. Those
+    /// of an interpolation of all n points are made here, O(n²).
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -165,6 +181,7 @@ impl Binding {
         match &self.operator {
             Operator::Linear(linear) => linear.weights.row(vertex).collect(),
             Operator::Shape(shape) => shape.row(vertex).collect(),
+            Operator::Interpolation(all) => all.row(vertex),
         }
     }
 
@@ -177,6 +194,7 @@ impl Binding {
         match &self.operator {
             Operator::Linear(linear) => linear.weights.row(vertex).for_each(&mut see),
             Operator::Shape(shape) => shape.row(vertex).for_each(&mut see),
+            Operator::Interpolation(all) => all.row(vertex).into_iter().for_each(&mut see),
         }
     }
 
@@ -188,7 +206,7 @@ impl Binding {
     #[must_use]
     pub fn companions(&self, vertex: usize) -> Option<(usize, usize)> {
         match &self.operator {
-            Operator::Linear(_) => None,
+            Operator::Linear(_) | Operator::Interpolation(_) => None,
             Operator::Shape(shape) => shape.companions(vertex),
         }
     }
@@ -205,7 +223,7 @@ impl Binding {
     #[must_use]
     pub fn rotations(&self) -> &[UnitQuaternion<f64>] {
         match &self.operator {
-            Operator::Linear(_) => &[],
+            Operator::Linear(_) | Operator::Interpolation(_) => &[],
             Operator::Shape(shape) => shape.rotations(),
         }
     }
@@ -215,7 +233,7 @@ impl Binding {
     #[must_use]
     pub fn is_linear(&self) -> bool {
         match &self.operator {
-            Operator::Linear(_) => self.previous.is_none(),
+            Operator::Linear(_) | Operator::Interpolation(_) => self.previous.is_none(),
             Operator::Shape(_) => false,
         }
     }
@@ -251,7 +269,7 @@ impl Binding {
     #[must_use]
     pub fn cluster(&self, vertex: usize) -> Option<u32> {
         match &self.operator {
-            Operator::Linear(_) => None,
+            Operator::Linear(_) | Operator::Interpolation(_) => None,
             Operator::Shape(shape) => Some(shape.cluster(vertex)),
         }
     }
@@ -265,7 +283,7 @@ impl Binding {
     pub fn strains(&self, points: &[Vector3<f64>]) -> Vec<f64> {
         assert_eq!(points.len(), self.points, "other points than were bound");
         match &self.operator {
-            Operator::Linear(_) => Vec::new(),
+            Operator::Linear(_) | Operator::Interpolation(_) => Vec::new(),
             Operator::Shape(shape) => shape.strains(points),
         }
     }
@@ -276,6 +294,7 @@ impl Binding {
         match &self.operator {
             Operator::Linear(linear) => linear.bytes(),
             Operator::Shape(shape) => shape.bytes(),
+            Operator::Interpolation(all) => all.bytes(),
         }
     }
 }
@@ -340,6 +359,16 @@ fn check_rule(rule: &Rule) -> Result<(), MappingError> {
         | Rule::MovingLeastSquares(_)
         | Rule::RadialBasis(_) => Ok(()),
     }
+}
+
+/// Whether all vertices have one interpolation of all points.
+fn interpolates_all(recipe: &Recipe, usable: usize) -> bool {
+    let Weighting {
+        metric, targets, ..
+    } = &recipe.weighting;
+    matches!(recipe.rule, Rule::RadialBasis(_))
+        && matches!(recipe.filter, Filter::KeepK(k) if k >= usable)
+        && (metric, targets) == (&Metric::Straight, &Dimension::Vertex)
 }
 
 /// The scale asked for, or this many distances between points.

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::clusters::{Clusters, cluster};
 use crate::distance::Distances;
+use crate::interpolation::Interpolation;
 use crate::linear::Linear;
 use crate::shape::Shape;
 use crate::weights::{alike, for_fits, nearest_alone, normalise};
@@ -17,6 +18,7 @@ use crate::{
 pub(crate) enum Operator {
     Linear(Linear),
     Shape(Shape),
+    Interpolation(Interpolation),
 }
 
 /// The last stage: turns kept points into an [`Operator`] for any frame of reference.
@@ -28,6 +30,8 @@ pub(crate) struct Compiler {
     pub(crate) rule: Rule,
     /// Of the radial function, m; not read by other rules.
     pub(crate) reach: f64,
+    /// The points of one interpolation for all vertices, where there is one.
+    pub(crate) together: Option<Vec<u32>>,
     /// Made when first needed: moving points change no set of them.
     pub(crate) clusters: Option<Arc<Clusters>>, // [C1]
 }
@@ -49,6 +53,10 @@ impl Compiler {
             Rule::WeightedMean => normalise(distances, self.kernel, self.scale), // [W4]
             Rule::Barycentric => barycentric::weights(vertices, points, &distances)?, // [M7]
             Rule::RadialBasis(basis) => {
+                if let Some(set) = &self.together {
+                    let all = Interpolation::new(vertices, points, set, &basis, self.reach)?;
+                    return Ok(Operator::Interpolation(all)); // [M10]
+                }
                 rbf::weights(vertices, points, &distances, &basis, self.reach)? // [M10]
             }
             Rule::MovingLeastSquares(MovingFit::Affine) => {

@@ -48,17 +48,20 @@ mod clusters;
 mod compile;
 mod distance;
 mod error;
+mod factors;
 mod filter;
 mod flood;
 #[cfg(test)]
 mod goldens;
 mod graph;
+mod interpolation;
 mod lanes;
 mod linear;
 mod moving;
 mod paths;
 mod preset;
 mod quadratic;
+mod radial;
 mod rbf;
 mod recipe;
 mod renewal;
@@ -66,6 +69,7 @@ mod roots;
 mod rotation;
 mod shape;
 mod strays;
+mod system;
 mod targets;
 mod weights;
 

@@ -34,13 +34,14 @@ fn bound_and_posed_bits_do_not_depend_on_the_number_of_threads() {
         basis(RadialFunction::Cubic),
     ];
     let references = [Reference::Initial, Reference::Previous];
-    for (rule, reference) in rules
-        .into_iter()
-        .flat_map(|rule| references.map(|r| (rule, r)))
+    let filtered = (rules.into_iter().map(|rule| (rule, Filter::KeepK(12))))
+        .chain([(basis(RadialFunction::Cubic), Filter::KeepK(60))]);
+    for ((rule, filter), reference) in
+        filtered.flat_map(|rule| references.map(|r| (rule.clone(), r)))
     {
         let recipe = Recipe {
             weighting: Weighting::default(),
-            filter: Filter::KeepK(12),
+            filter,
             rule,
             reference,
         };

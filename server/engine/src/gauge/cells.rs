@@ -274,6 +274,10 @@ fn bound(parts: &Parts, scale: &Scale<'_>) -> (Vec<u32>, f64) {
     let mut vertices: Vec<u32> = spans.iter().flat_map(|(part, _)| *part).copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
+    // Those of an interpolation of many points are not at hand.
+    if (vertices.first()).is_some_and(|&vertex| binding.weights(vertex as usize).len() > BOUNDED) {
+        return NONE;
+    }
     let rows = vertices
         .iter()
         .flat_map(|&vertex| binding.weights(vertex as usize));
