@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, Vector3};
 
 use crate::blocks::for_each_block;
@@ -12,7 +14,7 @@ use crate::{MappingError, RadialBasis, rbf};
 /// million vertices and a thousand points, and a solution per vertex to make them.
 #[derive(Clone, Debug)]
 pub(crate) struct Interpolation {
-    system: System,
+    system: Arc<System>,
     set: Vec<u32>,
     rest_vertices: Vec<Vector3<f64>>,
     /// p⁰ of the set.
@@ -29,21 +31,44 @@ impl Interpolation {
         basis: &RadialBasis,
         scale: f64,
     ) -> Result<Self, MappingError> {
-        let system = rbf::solved(set, points, basis, scale, 0)?;
-        let sizes = system.places().iter().map(Vector3::norm);
+        let all = Self {
+            system: Arc::new(rbf::solved(set, points, basis, scale, 0)?),
+            set: set.to_vec(),
+            rest_vertices: Vec::new(),
+            rest_points: set.iter().map(|&j| points[j as usize]).collect(),
+        };
+        all.at(vertices)
+    }
+
+    /// The same interpolation for other vertices.
+    ///
+    /// # Errors
+    /// [`MappingError::Overflow`] for a vertex too far for the function.
+    pub(crate) fn at(&self, vertices: &[Vector3<f64>]) -> Result<Self, MappingError> {
+        let sizes = self.system.places().iter().map(Vector3::norm);
         let extent = sizes.fold(0.0, f64::max);
         let beyond = |x: &Vector3<f64>| {
-            let reach = system.place(x).norm() + extent;
-            !system.function().of_square(reach * reach).is_finite()
+            let reach = self.system.place(x).norm() + extent;
+            !self.system.function().of_square(reach * reach).is_finite()
         };
         match vertices.iter().position(beyond) {
             Some(vertex) => Err(MappingError::Overflow { vertex }),
             None => Ok(Self {
-                set: set.to_vec(),
+                system: Arc::clone(&self.system),
+                set: self.set.clone(),
                 rest_vertices: vertices.to_vec(),
-                rest_points: set.iter().map(|&j| points[j as usize]).collect(),
-                system,
+                rest_points: self.rest_points.clone(),
             }),
+        }
+    }
+
+    /// Takes over the vertices of another, ascending; those that it does not have yet are the last.
+    pub(crate) fn take(&mut self, vertices: &[u32], some: &Self) {
+        for (&vertex, &x) in vertices.iter().zip(&some.rest_vertices) {
+            match self.rest_vertices.get_mut(vertex as usize) {
+                Some(own) => *own = x,
+                None => self.rest_vertices.push(x),
+            }
         }
     }
 

@@ -50,10 +50,16 @@ impl Binding {
             ..self.compiler.clone()
         };
         let first_kept = distances.firsts();
-        let operator = compiler.compile(&places, points, distances).ok()?;
+        let operator = match &self.operator {
+            Operator::Interpolation(own) => Operator::Interpolation(own.at(&places).ok()?),
+            Operator::Linear(_) | Operator::Shape(_) => {
+                compiler.compile(&places, points, distances).ok()?
+            }
+        };
         let appends = vertices[0] as usize >= self.dominant().len();
         let homes = match (&self.operator, &operator, recipe.rule) {
             (Operator::Linear(_), Operator::Linear(_), _) => Vec::new(),
+            (Operator::Interpolation(_), Operator::Interpolation(_), _) => Vec::new(),
             (
                 Operator::Shape(own),
                 Operator::Shape(some),
@@ -65,12 +71,14 @@ impl Binding {
             (Operator::Shape(_), Operator::Shape(_), Rule::MovingLeastSquares(_)) if appends => {
                 Vec::new()
             }
-            (Operator::Linear(_) | Operator::Shape(_), _, _) => return None,
+            (Operator::Linear(_) | Operator::Shape(_) | Operator::Interpolation(_), _, _) => {
+                return None;
+            }
         };
         Some(Renewal {
             dominant: match &operator {
                 Operator::Linear(linear) => linear.weights.dominant(),
-                Operator::Shape(_) => first_kept,
+                Operator::Shape(_) | Operator::Interpolation(_) => first_kept,
             },
             vertices: vertices.to_vec(),
             operator,
@@ -98,7 +106,12 @@ impl Binding {
         match (&mut self.operator, operator) {
             (Operator::Linear(own), Operator::Linear(some)) => own.take(&vertices, &some),
             (Operator::Shape(own), Operator::Shape(some)) => own.append(some, &homes),
-            (Operator::Linear(_) | Operator::Shape(_), _) => panic!("another binding's renewal"),
+            (Operator::Interpolation(own), Operator::Interpolation(some)) => {
+                own.take(&vertices, &some);
+            }
+            (Operator::Linear(_) | Operator::Shape(_) | Operator::Interpolation(_), _) => {
+                panic!("another binding's renewal")
+            }
         }
     }
 }
