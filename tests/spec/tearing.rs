@@ -1,6 +1,8 @@
 //! Meshes that come apart by the rules of their scenes, as clients meet them.
 
-use sinew_proto::v1::{Mapping, MotionRule, Scene, UpdateMappingRequest, motion_rule};
+use sinew_proto::v1::{
+    ListEventsRequest, Mapping, MotionRule, Scene, UpdateMappingRequest, event::Kind, motion_rule,
+};
 use sinew_tests::{TestServer, live, scenes};
 
 use crate::determinism::same_on_any_number_of_threads;
@@ -67,6 +69,46 @@ fn a_filled_surface_tears_like_the_volume_that_it_borders() {
         }
         assert_eq!(torn[0], torn[1]);
         assert!(torn[0].0 > 125 && torn[0].1 == 64, "{torn:?}");
+    });
+}
+
+#[test]
+fn the_same_tears_and_glues_are_logged_on_any_number_of_threads() {
+    let rules = r#"[
+        {"measure": {"edges": {}}, "threshold": 0.2, "hysteresis": 0.1, "action": {"open": {}}},
+        {"measure": {"gaps": {}}, "threshold": 0.01, "hysteresis": 0.05, "action": {"glue": {}}}
+    ]"#;
+    let mapping = r#"{
+        "weighting": {"flood": {"length": {}}}, "filter": {"keep": {"k": 1}}, "rule": {"direct": {}}
+    }"#;
+    let scene = Scene {
+        rules: serde_json::from_str(rules).unwrap(),
+        mapping: serde_json::from_str(mapping).unwrap(),
+        ..brittle(8)
+    };
+    same_on_any_number_of_threads(async |server| {
+        let session = server.create("tissue", scene.clone()).await;
+        let mut source = session.source().await;
+        let mut facts = vec![session.digest().await];
+        for by in [0.1, 0.2, 0.4, 0.6, 0.5, 0.3, 0.1, 0.0, 0.3, 0.01] {
+            facts.push(session.step_to(&mut source, &pulled(by)).await);
+        }
+        let request = ListEventsRequest {
+            session: session.get().await.unwrap().name,
+            after_event: Some(0),
+            page_size: 1000,
+            ..ListEventsRequest::default()
+        };
+        let page = server.meshes().list_events(request).await.unwrap();
+        let events = page.into_inner().events;
+        let count = |is: fn(&Kind) -> bool| {
+            let kinds = events.iter().filter_map(|event| event.kind.as_ref());
+            kinds.filter(|kind| is(kind)).count()
+        };
+        assert!(count(|kind| matches!(kind, Kind::Torn(_))) > 0);
+        assert!(count(|kind| matches!(kind, Kind::Glued(_))) > 0);
+        facts.push(format!("{events:?}"));
+        facts
     });
 }
 

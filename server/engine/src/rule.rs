@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 pub struct TopologyRule {
     /// What is measured, of what.
     pub measure: Measure,
-    /// Where the rule acts: the measure is at least this, > 0. `[E3]`
+    /// Where the rule acts: the measure is at least this, > 0 `[E3]`; of gaps, at most this.
     pub threshold: f64,
     /// How far below the threshold the measure must fall before the rule can act on the same thing again, 0 or more and
-    /// no more than the threshold. `[E3]`
+    /// no more than the threshold `[E3]`; of gaps, how far above it, without end.
     pub hysteresis: f64,
     /// What it is limited to.
     pub limits: Limits,
@@ -18,7 +18,7 @@ pub struct TopologyRule {
     pub action: Action,
 }
 
-/// What is measured at each step. All are relative to rest and have no unit.
+/// What is measured at each step. All but gaps are relative to rest and have no unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measure {
     /// The distance of two points. `[E1]`
@@ -36,6 +36,9 @@ pub enum Measure {
     Volumes(Strain),
     /// How badly the points of a cell's clusters fit a rigid motion; of each cell the worst. `[E2]`
     Fit,
+    /// How far apart the two sides are of each face that came apart, m: the greatest distance of two vertices that were one.
+    /// `[E5]` What has just come apart counts once it was farther than the threshold and the hysteresis.
+    Gaps,
 }
 
 /// Which way a thing departs from rest.
@@ -108,4 +111,6 @@ pub enum Action {
     Remove,
     /// Divides the measured cells.
     Subdivide,
+    /// Makes one face again of the two sides of measured gaps.
+    Glue,
 }

@@ -211,6 +211,7 @@ impl World {
         if let Some(rules) = &mut self.rules {
             rules.follow(
                 patch,
+                &topology.body,
                 self.layout.cells.len(),
                 &self.bound.scale(&cells, &rest),
             );

@@ -23,6 +23,7 @@ pub(super) fn rule(index: usize, rule: v1::TopologyRule) -> Result<TopologyRule>
             Some(v1::action::Kind::Open(_)) => Action::Open,
             Some(v1::action::Kind::Remove(_)) => Action::Remove,
             Some(v1::action::Kind::Subdivide(_)) => Action::Subdivide,
+            Some(v1::action::Kind::Glue(_)) => Action::Glue,
         },
     })
 }
@@ -47,6 +48,7 @@ fn measure(measure: Option<v1::Measure>, field: &str) -> Result<Measure> {
         Kind::Faces(given) => Measure::Faces(part(given, "faces")?),
         Kind::Volumes(given) => Measure::Volumes(part(given, "volumes")?),
         Kind::Fit(_) => Measure::Fit,
+        Kind::Gaps(_) => Measure::Gaps,
     })
 }
 

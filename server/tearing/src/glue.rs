@@ -39,16 +39,39 @@ impl Body {
         view: &View<'_>,
         batch: &mut Batch,
     ) -> Result<Done, Refusal> {
+        let slots = 0..number(self.slot_count());
+        let mut pairs =
+            self.facing(slots.filter(|&slot| fragments.contains(&self.fragments.of(slot))));
+        pairs.retain(|&pair| {
+            let owners = pair.map(|dart| self.fragments.of(self.slot(self.map.volume(dart))));
+            let is_between = owners == fragments || owners == [fragments[1], fragments[0]];
+            is_between && self.is_near(pair, distance, view, batch)
+        });
+        self.sew(pairs, view, batch)
+    }
+
+    /// The two sides of each face of these cells, by slot, that came apart and have both sides among them: so that
+    /// vertices in the same place of both lay upon each other at rest.
+    pub fn gaps(&self, cells: &[u32]) -> Vec<[Facet; 2]> {
+        let facet = |darts: Vec<Dart>| Facet {
+            cell: self.slot(self.map.volume(darts[0])),
+            vertices: (darts.iter())
+                .map(|&dart| number(self.map.vertex(dart).index()))
+                .collect(),
+        };
+        let pairs = self.facing(cells.iter().copied()).into_iter();
+        let sides =
+            pairs.map(|[one, other]| [self.map.ring(one).collect(), self.back(other)].map(facet));
+        sides.collect()
+    }
+
+    /// Faces of the boundary of these cells that lie upon each other at rest, as darts in opposite directions.
+    fn facing(&self, slots: impl Iterator<Item = u32>) -> Vec<[Dart; 2]> {
+        let mut walk = Walk::default();
         // By where their corners are at rest: the two sides of a tear have the same.
         let mut free = BTreeMap::<Vec<[u64; 3]>, Vec<Dart>>::new();
-        for slot in 0..number(self.slot_count()) {
-            let Some(volume) = self.volume(slot) else {
-                continue;
-            };
-            if !fragments.contains(&self.fragments.of(slot)) {
-                continue;
-            }
-            for face in self.map.incident::<Volume, Face>(volume, &mut self.walk) {
+        for volume in slots.filter_map(|slot| self.volume(slot)) {
+            for face in self.map.incident::<Volume, Face>(volume, &mut walk) {
                 let dart = self.map.dart(face);
                 if self.map.beta3(dart).is_none() {
                     free.entry(corners(&self.map, &self.rest, dart))
@@ -57,19 +80,16 @@ impl Body {
                 }
             }
         }
-        let mut pairs = Vec::new();
-        for darts in free.into_values() {
-            let [one, other] = *darts else { continue };
-            let owners =
-                [one, other].map(|dart| self.fragments.of(self.slot(self.map.volume(dart))));
-            let is_between = owners == fragments || owners == [fragments[1], fragments[0]];
-            if let Some(pair) = self.facing_at_rest([one, other]).filter(|_| is_between)
-                && self.is_near(pair, distance, view, batch)
-            {
-                pairs.push(pair);
-            }
-        }
-        self.sew(pairs, view, batch)
+        let two = |darts: Vec<Dart>| <[Dart; 2]>::try_from(darts).ok();
+        let pairs = free.into_values().filter_map(two);
+        pairs.filter_map(|pair| self.facing_at_rest(pair)).collect()
+    }
+
+    /// The ring of a face from where its dart runs to, backwards.
+    fn back(&self, dart: Dart) -> Vec<Dart> {
+        let mut back: Vec<_> = self.map.ring(self.map.beta1(dart)).collect();
+        back[1..].reverse();
+        back
     }
 
     /// The dart of a face of the boundary.
@@ -96,8 +116,7 @@ impl Body {
         let same = SAME * extent.fold(0.0, f64::max);
         // `one` runs from where its partner runs to.
         let partner = self.map.ring(other).find(|&other| {
-            let mut back: Vec<_> = self.map.ring(self.map.beta1(other)).collect();
-            back[1..].reverse();
+            let back = self.back(other);
             let pairs = || ring.iter().zip(&back);
             back.len() == ring.len() && pairs().all(|(&a, &b)| (at(a) - at(b)).norm() <= same)
         });
@@ -115,9 +134,7 @@ impl Body {
             let vertex = number(self.map.vertex(dart).index());
             view.now.get(batch.known_by(vertex) as usize)
         };
-        let mut back: Vec<_> = self.map.ring(self.map.beta1(other)).collect();
-        back[1..].reverse();
-        let mut pairs = self.map.ring(one).zip(back);
+        let mut pairs = self.map.ring(one).zip(self.back(other));
         pairs.all(|(one, other)| match (now(one), now(other)) {
             (Some(one), Some(other)) => (one - other).norm() <= distance,
             (None, _) | (_, None) => false,

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use sinew_mapping::Binding;
 use sinew_mesh::{Cell, Cells};
-use sinew_tearing::Patch;
+use sinew_tearing::{Body, Patch};
 
 use super::{
     latch::{CellCrossing, Latch, Reading},
@@ -51,10 +51,13 @@ pub(crate) struct Moment<'a> {
 /// A change of the cells.
 pub(crate) struct Turn<'a> {
     pub(crate) patch: &'a Patch,
+    pub(crate) body: &'a Body,
     /// Slots before.
     pub(crate) cells: usize,
     /// Whether the rule watches new material in a slot.
     pub(crate) admits: &'a dyn Fn(u32) -> bool,
+    /// Whether the rule watches the two sides of a face of cells that are torn apart.
+    pub(crate) parts: &'a dyn Fn([u32; 2]) -> bool,
 }
 
 impl Turn<'_> {

@@ -3,6 +3,7 @@
 
 mod cells;
 mod fit;
+mod gaps;
 mod latch;
 mod parts;
 mod points;
@@ -10,6 +11,7 @@ mod standing;
 
 pub(crate) use cells::{CellGauge, Moment, Scale, Turn};
 pub(crate) use fit::FitGauge;
+pub(crate) use gaps::{GapCrossing, GapGauge};
 pub(crate) use latch::{CellCrossing, Latch};
 pub(crate) use parts::Kind;
 pub(crate) use points::{PairCrossing, PairGauge};
@@ -25,16 +27,18 @@ pub(crate) enum Gauge {
     Pairs(PairGauge),
     Cells(CellGauge),
     Fit(FitGauge),
+    Gaps(GapGauge),
 }
 
 /// What crosses a rule's threshold at a step.
 pub(crate) enum Crossings {
     Pairs(Vec<PairCrossing>),
     Cells(Vec<CellCrossing>),
+    Gaps(Vec<GapCrossing>),
 }
 
 impl Gauge {
-    /// Measures a step: the greatest of all, and what crosses. `[E3]`
+    /// Measures a step: the greatest of all, of gaps the least, and what crosses. `[E3]`
     pub(crate) fn measure(&mut self, moment: &Moment<'_>) -> (Option<f64>, Crossings) {
         let cells = |reading: Reading<_>| (reading.greatest, Crossings::Cells(reading.crossings));
         match self {
@@ -44,6 +48,10 @@ impl Gauge {
             }
             Self::Cells(gauge) => cells(gauge.measure(moment)),
             Self::Fit(gauge) => cells(gauge.measure(moment)),
+            Self::Gaps(gauge) => {
+                let reading = gauge.measure(moment);
+                (reading.greatest, Crossings::Gaps(reading.crossings))
+            }
         }
     }
 
@@ -51,7 +59,7 @@ impl Gauge {
     pub(crate) fn rebind(&mut self, scale: &Scale<'_>) {
         match self {
             Self::Cells(gauge) => gauge.rebind(scale),
-            Self::Pairs(_) | Self::Fit(_) => {}
+            Self::Pairs(_) | Self::Fit(_) | Self::Gaps(_) => {}
         }
     }
 
@@ -60,6 +68,7 @@ impl Gauge {
         match self {
             Self::Cells(gauge) => gauge.follow(turn, scale),
             Self::Fit(gauge) => gauge.follow(turn, scale),
+            Self::Gaps(gauge) => gauge.follow(turn),
             Self::Pairs(_) => {}
         }
     }
@@ -78,6 +87,7 @@ impl Gauge {
             }
             Self::Cells(gauge) => digest.words(&spent(&mut gauge.spent())),
             Self::Fit(gauge) => digest.words(&spent(&mut gauge.spent.iter().copied())),
+            Self::Gaps(gauge) => digest.words(&gauge.state().collect::<Vec<_>>()),
         }
     }
 }

@@ -8,7 +8,7 @@ use sinew_mesh::Cell;
 use super::middle;
 use crate::{
     build::refuse,
-    gauge::{CellGauge, FitGauge, Gauge, Kind, Latch, PairGauge, Scale},
+    gauge::{CellGauge, FitGauge, GapGauge, Gauge, Kind, Latch, PairGauge, Scale},
     rest::Rest,
     rule::{Action, Limits, Measure, Pairs, Strain, TopologyRule},
     scene::SceneError,
@@ -75,13 +75,29 @@ impl<'a> Check<'a> {
                 Err(self.refuse("RULE_UNFIT", "measure.fit", problem, remedy))
             }
             Measure::Fit => Ok(Gauge::Fit(FitGauge::new(latch, self.cells(&rule.limits)?))),
+            Measure::Gaps => {
+                self.seam(&rule.limits.seam)?;
+                let apart = rule.threshold + rule.hysteresis;
+                Ok(Gauge::Gaps(GapGauge::new(rule.threshold, apart)))
+            }
         }
     }
 
     /// What is measured must be what is acted on.
     fn action(&self, rule: &TopologyRule) -> Result<(), SceneError> {
         let of_points = matches!(rule.measure, Measure::Points { .. });
+        let of_gaps = rule.measure == Measure::Gaps;
         match rule.action {
+            Action::Glue if !of_gaps => {
+                let problem =
+                    "makes one of the two sides of a gap, and the measure is of something else";
+                Err(self.refuse("RULE_UNFIT", "action", problem, "measure gaps"))
+            }
+            Action::Open | Action::Remove | Action::Subdivide | Action::Separate if of_gaps => {
+                let problem = "acts where a measure grows, and gaps are measured to close them";
+                let remedy = "glue, or report";
+                Err(self.refuse("RULE_UNFIT", "action", problem, remedy))
+            }
             Action::Open | Action::Remove | Action::Subdivide if of_points => {
                 let problem = "acts on measured cells, and the measure is of points";
                 let remedy = "measure edges, faces or volumes, or report";
@@ -96,7 +112,8 @@ impl<'a> Check<'a> {
             | Action::Separate
             | Action::Open
             | Action::Remove
-            | Action::Subdivide => Ok(()),
+            | Action::Subdivide
+            | Action::Glue => Ok(()),
         }
     }
 
@@ -112,24 +129,34 @@ impl<'a> Check<'a> {
             hysteresis,
             ..
         } = *rule;
+        let of_gaps = rule.measure == Measure::Gaps;
         if !(threshold.is_finite() && threshold > 0.0) {
             let problem = format!("is {threshold}");
-            let remedy = "give a share of the size at rest, above 0";
+            let remedy = if of_gaps {
+                "give metres, above 0"
+            } else {
+                "give a share of the size at rest, above 0"
+            };
             return Err(self.refuse("VALUE_OUT_OF_RANGE", "threshold", problem, remedy));
         }
         let shrinks = match &rule.measure {
             Measure::Points { strain, .. } | Measure::Edges(strain) | Measure::Faces(strain) => {
                 *strain == Strain::Compression
             }
-            Measure::Volumes(_) | Measure::Fit => false,
+            Measure::Volumes(_) | Measure::Fit | Measure::Gaps => false,
         };
         if shrinks && threshold > 1.0 {
             let problem = format!("is {threshold}, and nothing shrinks by more than all of it");
             return Err(self.refuse("VALUE_OUT_OF_RANGE", "threshold", problem, "give 1 at most"));
         }
-        if !(0.0..=threshold).contains(&hysteresis) {
-            let problem = format!("is {hysteresis}");
+        let (most, remedy) = if of_gaps {
+            (f64::MAX, "give metres, from 0".to_owned())
+        } else {
             let remedy = format!("give 0 to the threshold, which is {threshold}");
+            (threshold, remedy)
+        };
+        if !(0.0..=most).contains(&hysteresis) {
+            let problem = format!("is {hysteresis}");
             return Err(self.refuse("VALUE_OUT_OF_RANGE", "hysteresis", problem, remedy));
         }
         Ok(())

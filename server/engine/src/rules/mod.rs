@@ -2,16 +2,18 @@
 
 mod check;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::Vector3;
 use sinew_mesh::Cells;
-use sinew_tearing::{Body, Patch, Request};
+use sinew_tearing::{Body, Facet, Patch, Request};
 
 use self::check::Check;
 use crate::{
     change::{Event, EventKind},
     digest::Digest,
     frame::{Doubt, Measured, PointState},
-    gauge::{Crossings, Gauge, Moment, PairCrossing, Scale, Standings, Turn},
+    gauge::{Crossings, GapCrossing, Gauge, Moment, PairCrossing, Scale, Standings, Turn},
     rest::Rest,
     rule::{Action, TopologyRule},
     scene::SceneError,
@@ -97,7 +99,7 @@ impl Rules {
                 greatest,
                 threshold,
             }));
-            for finding in findings(crossings, &moment) {
+            for finding in findings(crossings, &moment, body) {
                 let request = body.and_then(|body| request(rule, &finding, body));
                 let (measured, position) = (finding.measured, finding.position);
                 asks.extend(request.map(|request| Ask {
@@ -120,15 +122,22 @@ impl Rules {
     }
 
     /// Takes over cells that changed.
-    pub(crate) fn follow(&mut self, patch: &Patch, cells: usize, scale: &Scale<'_>) {
+    pub(crate) fn follow(&mut self, patch: &Patch, body: &Body, cells: usize, scale: &Scale<'_>) {
         for (rule, gauge) in &mut self.rules {
             let limits = &rule.limits;
             let inside = |slot| limits.contain(&middle(scale.cells, slot, scale.rest));
             let admits = &|slot| limits.seam.is_empty() && inside(slot);
+            let parts = &|[a, b]: [u32; 2]| {
+                let seam = &limits.seam;
+                let in_seam = seam.contains(&[a, b]) || seam.contains(&[b, a]);
+                (seam.is_empty() || in_seam) && (inside(a) || inside(b))
+            };
             let turn = Turn {
                 patch,
+                body,
                 cells,
                 admits,
+                parts,
             };
             gauge.follow(&turn, scale);
         }
@@ -150,18 +159,35 @@ impl Rules {
     }
 }
 
-/// What crosses a threshold together: one pair of points, or all cells of a step.
+/// What crosses a threshold together: one pair of points, all cells of a step, or all gaps between two fragments.
 struct Finding {
     /// The greatest among them.
     measured: f64,
     /// Where that is, m.
     position: Vector3<f64>,
     points: Option<[u32; 2]>,
+    /// The two sides of faces.
+    facets: Vec<[Facet; 2]>,
     /// By slot, ascending.
     cells: Vec<u32>,
 }
 
-fn findings(crossings: Crossings, moment: &Moment<'_>) -> Vec<Finding> {
+/// Gaps by the fragments on their sides, in the order of these: what is glued in one piece.
+fn by_fragments(
+    gaps: Vec<GapCrossing>,
+    body: Option<&Body>,
+) -> BTreeMap<[Option<u32>; 2], Vec<GapCrossing>> {
+    let mut groups = BTreeMap::<_, Vec<_>>::new();
+    for gap in gaps {
+        let fragment = |side: &Facet| body.and_then(|body| body.fragment(side.cell));
+        let [one, other] = [&gap.sides[0], &gap.sides[1]].map(fragment);
+        let between = [one.min(other), one.max(other)];
+        groups.entry(between).or_default().push(gap);
+    }
+    groups
+}
+
+fn findings(crossings: Crossings, moment: &Moment<'_>, body: Option<&Body>) -> Vec<Finding> {
     match crossings {
         Crossings::Pairs(pairs) => {
             let finding = |pair: PairCrossing| {
@@ -170,6 +196,7 @@ fn findings(crossings: Crossings, moment: &Moment<'_>) -> Vec<Finding> {
                     measured: pair.measured,
                     position: a.lerp(&b, 0.5),
                     points: Some(pair.points),
+                    facets: Vec::new(),
                     cells: Vec::new(),
                 }
             };
@@ -181,9 +208,30 @@ fn findings(crossings: Crossings, moment: &Moment<'_>) -> Vec<Finding> {
                 measured: worst.measured,
                 position: middle(moment.scale.cells, worst.cell, moment.vertices),
                 points: None,
+                facets: Vec::new(),
                 cells: cells.iter().map(|crossing| crossing.cell).collect(),
             });
             finding.into_iter().collect()
+        }
+        Crossings::Gaps(gaps) => {
+            let mut findings: Vec<Finding> = Vec::new();
+            for (_, gaps) in by_fragments(gaps, body) {
+                let widest = gaps.iter().max_by(|a, b| a.measured.total_cmp(&b.measured));
+                let widest = widest.expect("a group has a member");
+                let vertices = widest.sides.iter().flat_map(|side| &side.vertices);
+                let sum: Vector3<f64> = vertices.map(|&v| moment.vertices[v as usize]).sum();
+                let count = 2 * widest.sides[0].vertices.len();
+                let slots = gaps.iter().flat_map(|gap| &gap.sides).map(|side| side.cell);
+                let cells: BTreeSet<u32> = slots.collect();
+                findings.push(Finding {
+                    measured: widest.measured,
+                    position: sum / count as f64,
+                    points: None,
+                    cells: cells.into_iter().collect(),
+                    facets: gaps.into_iter().map(|gap| gap.sides).collect(),
+                });
+            }
+            findings
         }
     }
 }
@@ -213,6 +261,9 @@ fn request(rule: &TopologyRule, finding: &Finding, body: &Body) -> Option<Reques
         }),
         Action::Subdivide => Some(Request::Subdivide {
             cells: cells.clone(),
+        }),
+        Action::Glue => Some(Request::Glue {
+            facets: finding.facets.clone(),
         }),
     }
 }

@@ -2,6 +2,7 @@
 
 mod common;
 mod following;
+mod gluing;
 mod rebinding;
 mod remap;
 mod rules;

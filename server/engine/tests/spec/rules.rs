@@ -47,7 +47,7 @@ fn departure(measure: &Measure, cell: usize, grid: &Grid, now: &Grid) -> f64 {
                 sinew_mesh::volume(now, cell) / sinew_mesh::volume(grid, cell),
             )]
         }
-        Measure::Points { .. } | Measure::Fit => panic!("not of cells"),
+        Measure::Points { .. } | Measure::Fit | Measure::Gaps => panic!("not of cells"),
     };
     let departs = ratios.into_iter().map(|(strain, ratio)| match strain {
         Strain::Elongation => ratio - 1.0,
