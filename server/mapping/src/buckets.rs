@@ -72,7 +72,7 @@ impl Buckets {
         reason = "beyond the last bucket all share one, in any order: slower, and as right"
     )]
     fn bucket(&self, distance: f64) -> u64 {
-        (distance * self.per_distance) as u64
+        (distance * self.per_distance) as i64 as u64 // a signed one is a single instruction away
     }
 
     #[expect(

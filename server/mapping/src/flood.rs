@@ -176,6 +176,9 @@ impl Flood<'_> {
 
     /// One flood per source.
     fn each(&self, of_each: &[&[Root]]) -> Nearest {
+        if self.limit == f64::INFINITY {
+            return self.each_everywhere(of_each);
+        }
         let nodes = self.graph.len();
         let lone = |alone: &mut Alone, roots: &&[Root]| {
             self.spread(alone, self.seeds(roots));
@@ -204,6 +207,37 @@ impl Flood<'_> {
             .zip(&lengths)
             .with_min_len(BLOCK)
             .for_each(|((sources, distances), &length)| {
+                sort_row(&mut sources[..length], &mut distances[..length]);
+            });
+        nearest
+    }
+
+    /// One flood per source, without an end: nearly all nodes are reached, and a distance for each is the least to keep.
+    fn each_everywhere(&self, of_each: &[&[Root]]) -> Nearest {
+        let nodes = self.graph.len();
+        let lone = |roots: &&[Root]| {
+            let mut known = vec![f64::INFINITY; nodes];
+            self.spread(&mut known, self.seeds(roots));
+            known
+        };
+        let columns: Vec<Vec<f64>> = of_each.par_iter().map(lone).collect();
+        let reach = |node: usize| columns.iter().filter(move |c| c[node] < f64::INFINITY);
+        let counts = (0..nodes).into_par_iter().with_min_len(BLOCK);
+        let stride = counts.map(|node| reach(node).count()).max();
+        let stride = stride.unwrap_or(0).max(1);
+        let mut nearest = Nearest::new(nodes, stride);
+        let rows = nearest.sources.par_chunks_exact_mut(stride);
+        rows.zip(nearest.distances.par_chunks_exact_mut(stride))
+            .enumerate()
+            .with_min_len(BLOCK)
+            .for_each(|(node, (sources, distances))| {
+                let mut length = 0;
+                for (roots, known) in of_each.iter().zip(&columns) {
+                    if known[node] < f64::INFINITY {
+                        (sources[length], distances[length]) = (roots[0].source, known[node]);
+                        length += 1;
+                    }
+                }
                 sort_row(&mut sources[..length], &mut distances[..length]);
             });
         nearest
@@ -309,7 +343,23 @@ impl Record for Nearest {
     }
 }
 
-/// The flood of a single source.
+/// The flood of a single source to all nodes, by its distance from each.
+impl Record for Vec<f64> {
+    fn offer(&mut self, node: u32, _: u32, distance: f64) -> bool {
+        let known = &mut self[node as usize];
+        let nearer = distance < *known;
+        if nearer {
+            *known = distance;
+        }
+        nearer
+    }
+
+    fn holds(&self, node: u32, _: u32, distance: f64) -> bool {
+        self[node as usize] == distance
+    }
+}
+
+/// The flood of a single source as far as a limit.
 struct Alone {
     distances: Vec<f64>,
     reached: Vec<u32>,

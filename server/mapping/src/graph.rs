@@ -7,6 +7,9 @@ const LARGEST: f64 = 1e100;
 /// exact: paths of equal length tie, whatever the order of their arcs.
 const BITS: u32 = 40;
 
+/// The range of costs where each arc costs 1.
+const HOPS: [f64; 2] = [1.0, 1.0];
+
 /// Rows of numbers in one array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rows {
@@ -79,7 +82,7 @@ impl Rows {
 #[derive(Clone, Debug)]
 pub struct Graph {
     arcs: Rows,
-    /// One per arc; empty where each costs 1.
+    /// One per arc.
     costs: Vec<f64>,
     /// The least and the greatest cost.
     range: [f64; 2],
@@ -99,7 +102,7 @@ impl Graph {
             return Err(MappingError::Node { node, nodes });
         }
         if costs.is_empty() {
-            let range = [1.0, 1.0];
+            let (costs, range) = (vec![1.0; arcs.items.len()], HOPS);
             return Ok(Self { arcs, costs, range });
         }
         let (found, expected) = (costs.len(), arcs.items.len());
@@ -150,9 +153,8 @@ impl Graph {
     /// The neighbours of a node with the costs of the arcs to them.
     pub(crate) fn arcs(&self, node: u32) -> impl Iterator<Item = (u32, f64)> + '_ {
         let span = self.arcs.span(node as usize);
-        let costs = self.costs.get(span.clone()).unwrap_or_default();
-        let ends = self.arcs.items[span].iter().enumerate();
-        ends.map(|(arc, &end)| (end, costs.get(arc).copied().unwrap_or(1.0)))
+        let ends = self.arcs.items[span.clone()].iter().copied();
+        ends.zip(self.costs[span].iter().copied())
     }
 
     /// The least and the greatest cost of an arc.
@@ -162,7 +164,7 @@ impl Graph {
 
     /// The start of a flood in the units of the arcs.
     pub(crate) fn round(&self, start: f64) -> f64 {
-        if self.costs.is_empty() {
+        if self.range == HOPS {
             return start;
         }
         Ticks::below(self.range[1]).round(start)

@@ -91,6 +91,14 @@ fn recipes() -> Vec<Recipe> {
             polynomial: Polynomial::Constant,
         })),
         Recipe {
+            filter: Filter::KeepK(usize::MAX),
+            ..rule(Rule::RadialBasis(RadialBasis {
+                function: RadialFunction::Gaussian,
+                scale: None,
+                polynomial: Polynomial::Constant,
+            }))
+        },
+        Recipe {
             reference: Reference::Previous,
             ..straight.clone()
         },
