@@ -37,7 +37,7 @@ pub struct Changes {
     /// The vertices that new vertices stand in the midst of; see [`Event::Born`].
     pub among: Vec<Cell<Vertex>>,
     /// Darts written to, perhaps several times, perhaps dead.
-    darts: Vec<Dart>,
+    pub(crate) darts: Vec<Dart>,
     /// Labels that these had before: column and label.
     before: Vec<(u8, u32)>,
     /// Volumes that sides of faces had before.
@@ -61,7 +61,7 @@ impl Changes {
         self.events.push(Event::Died { cell, heir });
     }
 
-    /// Takes down which darts were written to.
+    /// Takes down which darts were written to, but for those of faces that were paired or parted: they are here already.
     pub(crate) fn note(&mut self, writes: &[Undo]) {
         for undo in writes {
             match *undo {
@@ -73,7 +73,11 @@ impl Changes {
                     self.before.push((column, was));
                 }
                 Undo::SideVolume { was, .. } => self.volumes_before.push(was),
-                Undo::CellDart { .. } | Undo::NewCell { .. } | Undo::FreedCell { .. } => {}
+                Undo::CellDart { .. }
+                | Undo::PairedFaces { .. }
+                | Undo::UnpairedFaces { .. }
+                | Undo::NewCell { .. }
+                | Undo::FreedCell { .. } => {}
             }
         }
     }

@@ -7,6 +7,10 @@ use crate::{AnyCell, Cell, Changes, Dart, Dimension, Event, Kind, Map, Vertex, V
 /// A map that is being edited. What is done is final when the closure given to [`Map::edit`] returns `Ok`.
 ///
 /// Each operation checks everything first: one that refuses has changed nothing, and the edit may go on without it.
+///
+/// Links alone ([`Edit::link1`] and its like) may leave a face open, or its two sides different, for as long as nothing
+/// else is asked for: then every other operation, and the end of the edit, refuses with [`EditError::OpenFace`] or
+/// [`EditError::SidesDiffer`].
 #[derive(Debug)]
 pub struct Edit<'a> {
     pub(crate) map: &'a mut Map,
@@ -15,16 +19,17 @@ pub struct Edit<'a> {
     pub(crate) changes: Changes,
     /// Darts whose cells are to be settled when the edit ends.
     pub(crate) unsettled: Vec<Dart>,
-    /// One dart of each face that was linked or unlinked along β3.
-    pub(crate) unsettled_faces: Vec<Dart>,
+    /// Of faces that were linked or unlinked along β3, one dart and its β3 as the cells have it.
+    pub(crate) unsettled_faces: Vec<(Dart, Option<Dart>)>,
     /// Darts before which their face is open.
     pub(crate) headless: Vec<Dart>,
     /// Whether β2 was ever free in this edit, so that fans of faces around vertices may have borders.
     pub(crate) has_borders: bool,
-    /// Scratch memory.
+    /// Scratch memory, as the next.
     pub(crate) scratch: Vec<Dart>,
-    /// Scratch memory.
     pub(crate) queue: Vec<Dart>,
+    /// The darts of the faces that were paired or parted last, each with the one that faces it.
+    pub(crate) pairs: Vec<[Dart; 2]>,
     finished: bool,
 }
 
@@ -34,9 +39,10 @@ struct Mark {
     writes: usize,
     events: usize,
     among: usize,
+    darts: usize,
     /// Mostly empty, as the next two: only links leave anything to settle.
     unsettled: Vec<Dart>,
-    unsettled_faces: Vec<Dart>,
+    unsettled_faces: Vec<(Dart, Option<Dart>)>,
     headless: Vec<Dart>,
     has_borders: bool,
 }
@@ -52,7 +58,8 @@ impl Map {
         &mut self,
         batch: impl FnOnce(&mut Edit<'_>) -> Result<T, E>,
     ) -> Result<(T, Changes), E> {
-        self.journal.fresh = self.dart_slot_count();
+        self.journal.added = self.dart_slot_count();
+        self.journal.fresh = self.journal.added;
         let first = self.journal.writes.len();
         let mut edit = Edit {
             map: self,
@@ -64,6 +71,7 @@ impl Map {
             has_borders: false,
             scratch: Vec::new(),
             queue: Vec::new(),
+            pairs: Vec::new(),
             finished: false,
         };
         let value = batch(&mut edit)?;
@@ -109,6 +117,7 @@ impl Edit<'_> {
             writes: self.map.journal.writes.len(),
             events: self.changes.events.len(),
             among: self.changes.among.len(),
+            darts: self.changes.darts.len(),
             unsettled: self.unsettled.clone(),
             unsettled_faces: self.unsettled_faces.clone(),
             headless: self.headless.clone(),
@@ -122,6 +131,7 @@ impl Edit<'_> {
             self.map.undo(mark.writes);
             self.changes.events.truncate(mark.events);
             self.changes.among.truncate(mark.among);
+            self.changes.darts.truncate(mark.darts);
             self.unsettled = mark.unsettled;
             self.unsettled_faces = mark.unsettled_faces;
             self.headless = mark.headless;
@@ -165,9 +175,11 @@ impl Edit<'_> {
 
     /// That `dart` is one of the map's.
     pub(crate) fn known(&self, dart: Dart) -> Result<(), EditError> {
-        match self.map.dart_at(dart.index()) {
-            Some(_) => Ok(()),
-            None => Err(EditError::NoDart { dart }),
+        // Whatever has a β1 is; that column is about to be read anyway.
+        let next = self.map.beta[0].get(dart.index());
+        match next.is_some_and(Option::is_some) || self.map.dart_at(dart.index()).is_some() {
+            true => Ok(()),
+            false => Err(EditError::NoDart { dart }),
         }
     }
 

@@ -62,6 +62,14 @@ pub enum EditError {
         /// Darts around the face of `other`.
         right: usize,
     },
+    /// A face whose two sides do not run against each other any more.
+    #[error(
+        "β1 was changed on one side of the face of {dart} only; link the other side alike, or unlink β3 first"
+    )]
+    SidesDiffer {
+        /// A dart of the face.
+        dart: Dart,
+    },
     /// Two darts of the same face, on the same side.
     #[error("cannot 3-sew {one} and {other}: they are of the same side of a face")]
     SameSide {

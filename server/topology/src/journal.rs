@@ -26,6 +26,15 @@ pub(crate) enum Undo {
         cell: u32,
         was: Option<Dart>,
     },
+    /// β3 of the darts around two faces that all had rows when the edit began. One entry does: by the time that it is
+    /// undone, the rings are as they were.
+    PairedFaces {
+        one: Dart,
+    },
+    UnpairedFaces {
+        one: Dart,
+        other: Dart,
+    },
     NewDart {
         dart: Dart,
         reused: bool,
@@ -50,6 +59,8 @@ pub(crate) struct Journal {
     /// Rows of darts from here on were added since the last point that may be gone back to: what is written there needs
     /// no undoing.
     pub(crate) fresh: usize,
+    /// Rows of darts from here on were added since the edit began.
+    pub(crate) added: usize,
     /// Whether writes are kept beyond the edit that made them.
     pub(crate) lasts: bool,
 }
@@ -88,6 +99,61 @@ impl Map {
             let of = small(beta);
             self.journal.writes.push(Undo::Beta { of, dart, was });
         }
+    }
+
+    /// Links along β3 the darts around two faces, as [`Map::face_pairs`] has them.
+    pub(crate) fn pair_faces(&mut self, pairs: &[[Dart; 2]]) {
+        if self.are_old(pairs) {
+            for &[one, other] in pairs {
+                self.beta[2][one.index()] = Some(other);
+                self.beta[2][other.index()] = Some(one);
+            }
+            let one = pairs[0][0];
+            self.journal.writes.push(Undo::PairedFaces { one });
+        } else {
+            for &[one, other] in pairs {
+                self.set_beta(3, one, Some(other));
+                self.set_beta(3, other, Some(one));
+            }
+        }
+    }
+
+    /// Frees β3 of the darts around two faces.
+    pub(crate) fn unpair_faces(&mut self, pairs: &[[Dart; 2]]) {
+        if self.are_old(pairs) {
+            for dart in pairs.as_flattened() {
+                self.beta[2][dart.index()] = None;
+            }
+            let [one, other] = pairs[0];
+            self.journal.writes.push(Undo::UnpairedFaces { one, other });
+        } else {
+            for &dart in pairs.as_flattened() {
+                self.set_beta(3, dart, None);
+            }
+        }
+    }
+
+    /// Whether all had rows when the edit began, so that their links are in the journal.
+    fn are_old(&self, pairs: &[[Dart; 2]]) -> bool {
+        let mut darts = pairs.as_flattened().iter();
+        darts.all(|dart| dart.index() < self.journal.added)
+    }
+
+    /// The darts around the face of `one`, each with the one of `other`'s that faces it when these two face each other.
+    /// Returns whether the rings are of one length.
+    pub(crate) fn face_pairs(&self, one: Dart, other: Dart, pairs: &mut Vec<[Dart; 2]>) -> bool {
+        pairs.clear();
+        pairs.extend(self.ring(one).map(|dart| [dart, other]));
+        // The other ring runs against this one.
+        let mut facing = other;
+        for pair in pairs[1..].iter_mut().rev() {
+            facing = self.beta1(facing);
+            pair[1] = facing;
+            if facing == other {
+                return false;
+            }
+        }
+        self.beta1(facing) == other
     }
 
     pub(crate) fn set_label(&mut self, column: usize, dart: Dart, to: u32) {
@@ -173,21 +239,37 @@ impl Map {
 
     /// Takes back all writes but the first `keep`.
     pub(crate) fn undo(&mut self, keep: usize) {
+        let mut pairs = Vec::new();
         while self.journal.writes.len() > keep {
             match self.journal.writes.pop() {
                 None => return,
-                Some(undo) => self.undo_one(undo),
+                Some(undo) => self.undo_one(undo, &mut pairs),
             }
         }
     }
 
-    fn undo_one(&mut self, undo: Undo) {
+    /// `pairs` is scratch memory.
+    fn undo_one(&mut self, undo: Undo, pairs: &mut Vec<[Dart; 2]>) {
         match undo {
             Undo::Beta { of, dart, was } => self.beta[usize::from(of) - 1][dart.index()] = was,
             Undo::Label { column, dart, was } => {
                 self.label[usize::from(column)][dart.index()] = was;
             }
             Undo::SideVolume { side, was } => self.side_volume[side as usize] = was,
+            Undo::PairedFaces { one } => {
+                pairs.clear();
+                pairs.extend(self.ring(one).filter_map(|d| Some([d, self.beta3(d)?])));
+                for dart in pairs.as_flattened() {
+                    self.beta[2][dart.index()] = None;
+                }
+            }
+            Undo::UnpairedFaces { one, other } => {
+                self.face_pairs(one, other, pairs);
+                for &[one, other] in &*pairs {
+                    self.beta[2][one.index()] = Some(other);
+                    self.beta[2][other.index()] = Some(one);
+                }
+            }
             Undo::CellDart {
                 dimension,
                 cell,

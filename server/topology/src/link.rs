@@ -1,6 +1,7 @@
 //! Links: β alone. What they do to cells is settled when the edit ends.
 
 use crate::error::EditError;
+use crate::map::SIDE;
 use crate::{Dart, Dimension, Edit};
 
 impl Edit<'_> {
@@ -102,10 +103,13 @@ impl Edit<'_> {
     ///
     /// # Errors
     /// [`EditError::NoDart`], [`EditError::Surface`], [`EditError::NotFree`], [`EditError::SameSide`],
-    /// [`EditError::Unequal`], [`EditError::OpenFace`].
+    /// [`EditError::Unequal`], [`EditError::OpenFace`], [`EditError::SidesDiffer`].
     pub fn link3(&mut self, one: Dart, other: Dart) -> Result<(), EditError> {
         self.pair_faces(one, other)?;
-        self.unsettled_faces.push(one);
+        let [near, far] = [one, other].map(|dart| self.map.label[SIDE][dart.index()]);
+        if near ^ 1 != far {
+            self.unsettled_faces.push((one, None));
+        }
         Ok(())
     }
 
@@ -115,7 +119,7 @@ impl Edit<'_> {
     /// [`EditError::NoDart`], [`EditError::Free`].
     pub fn unlink3(&mut self, dart: Dart) -> Result<Dart, EditError> {
         let other = self.unpair_faces(dart)?;
-        self.unsettled_faces.extend([dart, other]);
+        self.unsettled_faces.push((dart, Some(other)));
         Ok(other)
     }
 
@@ -148,6 +152,7 @@ impl Edit<'_> {
         partner.ok_or(EditError::Free { beta, dart })
     }
 
+    /// Leaves the pairs in [`Edit::pairs`].
     pub(crate) fn pair_faces(&mut self, one: Dart, other: Dart) -> Result<(), EditError> {
         self.linkable(3, one, other)?;
         if self.map.dimension == Dimension::Two {
@@ -157,26 +162,12 @@ impl Edit<'_> {
             return Err(EditError::OpenFace { dart });
         }
         let map = &*self.map;
-        let [a1, b1] = [one, other].map(|dart| map.beta1(dart));
-        let [a2, b2] = [a1, b1].map(|dart| map.beta1(dart));
-        if [map.beta1(a2), map.beta1(b2)] == [one, other] && a1 != other && a2 != other {
-            self.pair(3, one, other);
-            self.pair(3, a1, b2);
-            self.pair(3, a2, b1);
-            return Ok(());
+        let are_equal = map.face_pairs(one, other, &mut self.pairs);
+        if self.pairs.iter().any(|&[near, _]| near == other) {
+            return Err(EditError::SameSide { one, other });
         }
-        let (mut left, mut right) = (1, 1);
-        let (mut at, mut facing) = (a1, b1);
-        while at != one {
-            if at == other {
-                return Err(EditError::SameSide { one, other });
-            }
-            (at, left) = (map.beta1(at), left + 1);
-        }
-        while facing != other {
-            (facing, right) = (map.beta1(facing), right + 1);
-        }
-        if left != right {
+        if !are_equal {
+            let [left, right] = [one, other].map(|dart| map.ring(dart).count());
             return Err(EditError::Unequal {
                 one,
                 other,
@@ -184,31 +175,28 @@ impl Edit<'_> {
                 right,
             });
         }
-        // The other ring runs against this one: `one` with `other`, the next with the one before `other`.
-        let backward: Vec<_> = map.ring(b1).collect();
-        let mut at = one;
-        for &facing in backward.iter().rev() {
-            self.pair(3, at, facing);
-            at = self.map.beta1(at);
+        // Where β1 was linked, a ring may be free in parts.
+        let mut darts = self.pairs.as_flattened().iter();
+        if let Some(&dart) = darts.find(|&&dart| map.beta3(dart).is_some()) {
+            return Err(EditError::SidesDiffer { dart });
         }
+        self.map.pair_faces(&self.pairs);
+        self.changes.darts.extend(self.pairs.as_flattened());
         Ok(())
     }
 
+    /// Leaves the pairs in [`Edit::pairs`], the first with `dart`.
     pub(crate) fn unpair_faces(&mut self, dart: Dart) -> Result<Dart, EditError> {
         let other = self.partner(3, dart)?;
         if let Some(&dart) = self.headless.first() {
             return Err(EditError::OpenFace { dart });
         }
-        let mut at = dart;
-        loop {
-            if let Some(facing) = self.map.beta3(at) {
-                self.map.set_beta(3, at, None);
-                self.map.set_beta(3, facing, None);
-            }
-            at = self.map.beta1(at);
-            if at == dart {
-                return Ok(other);
-            }
-        }
+        self.pairs.clear();
+        let around = self.map.ring(dart);
+        let pair = |dart| Some([dart, self.map.beta3(dart)?]);
+        self.pairs.extend(around.filter_map(pair));
+        self.map.unpair_faces(&self.pairs);
+        self.changes.darts.extend(self.pairs.as_flattened());
+        Ok(other)
     }
 }

@@ -176,7 +176,7 @@ impl Map {
         self.cell(dart)
     }
 
-    /// One dart of a cell; the same until an edit changes the cell.
+    /// One dart of a cell; the same until an edit changes the cell. Of an edge on the boundary, one whose β3 is free.
     ///
     /// # Panics
     /// If the cell is dead.

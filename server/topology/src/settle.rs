@@ -14,27 +14,28 @@ struct Claims {
 }
 
 impl Edit<'_> {
-    /// Settles what was linked, unless a face is open.
+    /// Settles what was linked, unless a face is open, or its sides are different.
     pub(crate) fn settle_pending(&mut self) -> Result<(), EditError> {
-        match self.headless.first() {
-            Some(&dart) => Err(EditError::OpenFace { dart }),
-            None => {
-                self.settle_links();
-                Ok(())
-            }
+        if let Some(&dart) = self.headless.first() {
+            return Err(EditError::OpenFace { dart });
         }
-    }
-
-    /// Settles the cells of all darts whose links changed.
-    pub(crate) fn settle_links(&mut self) {
         if self.unsettled.is_empty() && self.unsettled_faces.is_empty() {
-            return;
+            return Ok(());
+        }
+        let map = &*self.map;
+        let is_live = |dart: &Dart| map.dart_at(dart.index()).is_some();
+        let differs = |dart: &&Dart| is_live(dart) && !map.runs_against_itself(**dart);
+        if let Some(&dart) = self.unsettled.iter().find(differs) {
+            return Err(EditError::SidesDiffer { dart });
         }
         let mut darts = std::mem::take(&mut self.unsettled);
-        let faces = std::mem::take(&mut self.unsettled_faces);
-        let map = &*self.map;
-        for face in faces {
-            if map.dart_at(face.index()).is_some() && !map.is_as_labelled(face) {
+        // Where rings are what they were, one dart tells of a face whether it faces the same one again.
+        let are_rings_kept = darts.is_empty();
+        for (face, was) in std::mem::take(&mut self.unsettled_faces) {
+            if are_rings_kept && map.beta3(face) == was {
+                continue;
+            }
+            for face in [Some(face), was].into_iter().flatten().filter(is_live) {
                 let ring = map.ring(face);
                 darts.extend(
                     ring.flat_map(|dart| [Some(dart), map.beta3(dart)])
@@ -42,8 +43,9 @@ impl Edit<'_> {
                 );
             }
         }
-        darts.retain(|dart| map.dart_at(dart.index()).is_some());
+        darts.retain(is_live);
         self.settle(&darts, &[]);
+        Ok(())
     }
 
     /// Settles all orbits through `darts`. `orphans` are cells, by dimension and label, that lost darts: one that no
@@ -136,8 +138,18 @@ impl Edit<'_> {
 
     fn relabel(&mut self, dimension: usize, orbit: &[Dart], label: u32) {
         let stands_for = self.map.slots[dimension].dart[label as usize];
-        if !stands_for.is_some_and(|dart| orbit.contains(&dart)) {
-            self.map.set_cell_dart(dimension, label, Some(orbit[0]));
+        let mut candidates = orbit.iter();
+        let end = match dimension {
+            1 => candidates.find(|&&dart| self.map.beta3(dart).is_none()),
+            _ => None,
+        };
+        let may_stand = |dart: Dart| match end {
+            Some(_) => self.map.beta3(dart).is_none() && orbit.contains(&dart),
+            None => orbit.contains(&dart),
+        };
+        if !stands_for.is_some_and(may_stand) {
+            let dart = *end.unwrap_or(&orbit[0]);
+            self.map.set_cell_dart(dimension, label, Some(dart));
         }
         match dimension {
             0 | 1 => {
@@ -181,13 +193,12 @@ impl Edit<'_> {
 }
 
 impl crate::Map {
-    /// Whether both sides of the face of `dart` are as their labels say, so that β3 is what it was when they were made.
-    fn is_as_labelled(&self, dart: Dart) -> bool {
+    /// Whether β1∘β3 is an involution at `dart`, or its β3 is free.
+    fn runs_against_itself(&self, dart: Dart) -> bool {
         let Some(facing) = self.beta3(dart) else {
-            return false;
+            return true;
         };
-        let [near, far] = [dart, facing].map(|dart| self.label[SIDE][dart.index()]);
-        // Where no vertex comes twice, one dart tells how the rings lie.
-        near ^ 1 == far && self.head(facing) == self.vertex(dart) && !self.passes_twice(dart)
+        let beyond = self.beta3(self.beta1(dart));
+        beyond.is_some_and(|beyond| self.beta1(beyond) == facing)
     }
 }

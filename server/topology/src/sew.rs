@@ -77,16 +77,12 @@ impl Edit<'_> {
             return self.settle_pending();
         }
         self.pair_faces(one, other)?;
-        let mut at = one;
-        loop {
-            let facing = self.map.beta[2][at.index()].expect("just sewn");
-            self.merge(VERTEX, at, self.map.beta1(facing));
-            self.merge(EDGE, at, facing);
-            at = self.map.beta1(at);
-            if at == one {
-                break;
-            }
+        let pairs = std::mem::take(&mut self.pairs);
+        for &[near, facing] in &pairs {
+            self.merge(VERTEX, near, self.map.beta1(facing));
+            self.merge(EDGE, near, facing);
         }
+        self.pairs = pairs;
         let [kept, gone] = [one, other].map(|dart| self.map.label[SIDE][dart.index()]);
         let beyond = kept ^ 1;
         self.map
@@ -104,7 +100,7 @@ impl Edit<'_> {
     pub fn unsew3(&mut self, dart: Dart) -> Result<Dart, EditError> {
         self.settle_pending()?;
         self.known(dart)?;
-        if self.has_borders || self.map.passes_twice(dart) {
+        if self.has_borders || self.map.meets_itself(dart) {
             let other = self.unlink3(dart)?;
             self.settle_pending()?;
             return Ok(other);
@@ -119,36 +115,24 @@ impl Edit<'_> {
         self.label_ring(other, 2 * face);
         self.map.set_cell_dart(2, side / 2, Some(dart));
 
-        // The other ring runs against this one; so do the edges' states: `held` says whether the edge before still holds
-        // its two sides together, and with them the vertex in between.
-        let (mut at, mut facing) = (dart, other);
-        let first_held = self.part_edge(at, facing);
-        let mut held = first_held;
-        let backward = self.backward(other);
-        for &before in &backward {
-            at = self.map.beta1(at);
-            // The vertex that `at` leaves, `facing` leaves on the other side.
-            let holds = if at == dart {
-                first_held
-            } else {
-                self.part_edge(at, before)
+        let pairs = std::mem::take(&mut self.pairs);
+        // A vertex that is held by neither of the face's two edges there may fall in two.
+        let [near, mut facing] = pairs[pairs.len() - 1];
+        let last_fell = self.part_edge(near, facing);
+        let mut fell = last_fell;
+        for (index, &[near, far]) in pairs.iter().enumerate() {
+            let falls = match index + 1 == pairs.len() {
+                true => last_fell,
+                false => self.part_edge(near, far),
             };
-            if !held && !holds {
-                self.part_vertex(at, facing);
+            if fell && falls {
+                // The vertex that `near` leaves, `facing` leaves on the other side.
+                self.part_vertex(near, facing);
             }
-            (held, facing) = (holds, before);
+            (fell, facing) = (falls, far);
         }
-        self.scratch = backward;
+        self.pairs = pairs;
         Ok(other)
-    }
-
-    /// The darts before `dart` around its face, from the nearest to `dart` itself, in scratch memory.
-    fn backward(&mut self, dart: Dart) -> Vec<Dart> {
-        let mut darts = std::mem::take(&mut self.scratch);
-        darts.clear();
-        darts.extend(self.map.ring(dart));
-        darts[..].reverse();
-        darts
     }
 
     fn label_ring(&mut self, dart: Dart, side: u32) {
@@ -182,21 +166,42 @@ impl Edit<'_> {
                 }
             }
         }
+        if column == EDGE {
+            self.stand_at_end(keep, [kept, gone]);
+        }
         self.bury(column, gone, Some(kept));
     }
 
-    /// After β3 between `near` and `far` was cut: whether their edge still holds together. If not, `far`'s part of it
-    /// becomes an edge of its own.
+    /// Lets a dart at an end of the fan stand for the edge of `dart`, if that is open. `labels` are those of the edge and of
+    /// the one that was merged into it.
+    fn stand_at_end(&mut self, dart: Dart, labels: [u32; 2]) {
+        let is_end = |dart: &Dart| self.map.beta3(*dart).is_none();
+        let darts = labels.map(|label| self.map.slots[1].dart[label as usize].filter(is_end));
+        let end = match darts {
+            [Some(_), _] => return,
+            [None, Some(end)] => Some(end),
+            [None, None] => self.map.around(dart).find(is_end),
+        };
+        if end.is_some() {
+            self.map.set_cell_dart(1, labels[0], end);
+        }
+    }
+
+    /// After β3 between `near` and `far` was cut: whether their edge fell in two. Then `far`'s part of it becomes an edge of
+    /// its own.
     fn part_edge(&mut self, near: Dart, far: Dart) -> bool {
         let label = self.map.label[EDGE][near.index()];
-        if self.map.label[EDGE][far.index()] != label {
+        let stands_for = self.map.slots[1].dart[label as usize];
+        let is_end = |dart: Dart| self.map.beta3(dart).is_none() && dart != near && dart != far;
+        let was_open = stands_for.is_some_and(is_end);
+        if stands_for != Some(near) {
+            self.map.set_cell_dart(1, label, Some(near));
+        }
+        if !was_open {
+            // A ring of volumes around the edge, which is a fan from `near` to `far` now.
             return false;
         }
-        if self.map.are_around(near, far) {
-            return true;
-        }
         let new = self.bear(1, Some(AnyCell::of(1, label)), far);
-        self.map.set_cell_dart(1, label, Some(near));
         let mut at = Some(far);
         while let Some(dart) = at {
             self.map.set_label(EDGE, dart, new);
@@ -206,7 +211,7 @@ impl Edit<'_> {
                 at = self.map.beta3(across);
             }
         }
-        false
+        true
     }
 
     /// After a cut between `near` and `far`: if their vertex does not hold together any more, `far`'s part of it becomes
@@ -230,26 +235,13 @@ impl Edit<'_> {
 }
 
 impl Map {
-    /// Whether volumes around their edge join two darts whose β3 is free.
-    fn are_around(&self, near: Dart, far: Dart) -> bool {
-        // From both ends: half as many loads wait for each other, and a boundary is found from where it is nearer.
-        let (mut one, mut other) = (near, far);
-        loop {
-            let across = self.beta2(one);
-            if across == Some(other) {
-                return true;
-            }
-            let Some(beyond) = across.and_then(|across| self.beta3(across)) else {
-                return false;
-            };
-            (one, other) = (other, beyond);
-        }
-    }
-
-    /// Whether the ring of `dart` passes a vertex twice, so that one cut may part that in more than two.
-    pub(crate) fn passes_twice(&self, dart: Dart) -> bool {
+    /// Whether the ring of `dart` passes a vertex or an edge twice, so that one cut may part that in more than two.
+    pub(crate) fn meets_itself(&self, dart: Dart) -> bool {
         let label = |dart: Dart| self.label[VERTEX][dart.index()];
         let (next, after) = (self.beta1(dart), self.beta1(self.beta1(dart)));
+        if after == dart {
+            return true;
+        }
         if self.beta1(after) == dart {
             let [a, b, c] = [dart, next, after].map(label);
             return a == b || b == c || c == a;

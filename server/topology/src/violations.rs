@@ -55,7 +55,7 @@ pub enum Violation {
         /// 0 to 3.
         dimension: usize,
     },
-    /// A cell whose dart is not one of it, or a live slot without darts.
+    /// A cell whose dart is not one of it, or is inside an edge that has ends; or a live slot without darts.
     Misnamed {
         /// The cell.
         cell: AnyCell,
@@ -175,17 +175,18 @@ impl Map {
             }
             let cell = AnyCell::of(dimension, label);
             let name = self.slots[dimension].dart[label as usize];
-            let mut is_named = false;
+            let (mut is_named, mut has_ends) = (false, false);
             for &other in walk.collect(self, dimension, dart) {
                 settled[other.index()] = true;
                 is_named |= name == Some(other);
+                has_ends |= dimension == 1 && self.beta3(other).is_none();
                 if self.label_in(dimension, other) != label {
                     found.push(Violation::Torn { dart, cell, other });
                 }
             }
             if first[label as usize].replace(dart).is_some() {
                 found.push(Violation::Shared { cell, dart });
-            } else if !is_named {
+            } else if !is_named || has_ends && name.and_then(|name| self.beta3(name)).is_some() {
                 found.push(Violation::Misnamed { cell });
             }
         }

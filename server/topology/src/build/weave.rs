@@ -314,6 +314,7 @@ impl Weaver {
             number(darts.len() - 1)
         });
         map.slots[0].dart = darts;
+        stand_at_ends(&mut map);
         let mut torn = split.clone();
         torn.sort_unstable();
         torn.dedup();
@@ -321,5 +322,24 @@ impl Weaver {
         let new = (number(mesh.vertices)..).map(Cell::new);
         report.split_vertices = new.zip(split).collect();
         Ok((map, report))
+    }
+}
+
+/// Lets darts on the boundary stand for edges there: of each, the first.
+fn stand_at_ends(map: &mut Map) {
+    for face in (0..map.slots[2].dart.len()).rev() {
+        let Some(first) = map.slots[2].dart[face].filter(|_| map.side_volume[2 * face + 1] == NONE)
+        else {
+            continue;
+        };
+        let mut dart = first;
+        loop {
+            let edge = map.label[EDGE][dart.index()] as usize;
+            map.slots[1].dart[edge] = Some(dart);
+            dart = map.beta1(dart);
+            if dart == first {
+                break;
+            }
+        }
     }
 }

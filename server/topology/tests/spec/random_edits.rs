@@ -66,12 +66,15 @@ fn shoot(edit: &mut Edit<'_>, shot: Shot) -> Result<(), EditError> {
         12 => edit.remove_volume(map.volume(dart)),
         13 => edit.split_hexahedra(&[map.volume(dart)]),
         14 => {
-            // Links alone, undone or not; what stays must settle.
-            let other = edit.unlink3(dart)?;
-            if at % 2 == 0 {
-                edit.link3(dart, other)
-            } else {
-                Ok(())
+            // Links alone, undone, turned or left open; what stays must settle.
+            let facing = edit.unlink3(dart)?;
+            match other % 3 {
+                0 => edit.link3(dart, facing),
+                1 => {
+                    let turned = edit.map().beta1(facing);
+                    edit.link3(dart, turned)
+                }
+                _ => Ok(()),
             }
         }
         _ => {

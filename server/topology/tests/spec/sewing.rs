@@ -1,7 +1,7 @@
 //! Sewing, unsewing, and what they do to cells.
 
 use sinew_mesh::shapes;
-use sinew_topology::{Dart, Dimension, EditError, Face, Map};
+use sinew_topology::{Dart, Dimension, Edit, EditError, Face, Map};
 
 use crate::shapes::{census, map_of, two_tetrahedra};
 
@@ -143,4 +143,55 @@ fn refusals_name_the_darts_and_change_nothing() {
         assert_eq!(result.unwrap_err(), expected);
     }
     assert_eq!(map.digest(), before);
+}
+
+#[test]
+fn a_face_whose_sides_differ_is_refused_until_both_are_linked_alike() {
+    let mut map = map_of(&shapes::hexahedra(2, 1, 1));
+    let before = map.digest();
+    let near = inner_faces(&map)[0];
+    let ring: Vec<_> = map.ring(near).collect();
+    let facing: Vec<_> = ring.iter().map(|&dart| map.beta3(dart).unwrap()).collect();
+    // One side of the quad becomes two rings of two darts, the other stays a ring of four.
+    let one_side = |edit: &mut Edit<'_>| {
+        edit.unlink1(ring[1])?;
+        edit.unlink1(ring[3])?;
+        edit.link1(ring[1], ring[0])?;
+        edit.link1(ring[3], ring[2])
+    };
+    let error = map.edit(one_side).unwrap_err();
+    assert!(matches!(error, EditError::SidesDiffer { .. }), "{error}");
+    assert_eq!(map.digest(), before);
+    map.edit(|edit| {
+        one_side(edit)?;
+        let refused = edit.unsew3(near).unwrap_err();
+        assert!(matches!(refused, EditError::SidesDiffer { .. }));
+        edit.unlink1(facing[0])?;
+        edit.unlink1(facing[2])?;
+        edit.link1(facing[0], facing[1])?;
+        edit.link1(facing[2], facing[3])
+    })
+    .unwrap();
+    assert_eq!(map.violations(), []);
+}
+
+#[test]
+fn faces_linked_with_a_turn_share_other_cells() {
+    let mut map = map_of(&two_tetrahedra());
+    let before = map.structure_digest();
+    let dart = inner_faces(&map)[0];
+    let turn = |map: &mut Map| {
+        map.edit(|edit| {
+            let facing = edit.unlink3(dart)?;
+            edit.link3(dart, edit.map().beta1(facing))
+        })
+        .unwrap();
+        assert_eq!(census(map), [5, 9, 7, 2].into());
+        map.structure_digest()
+    };
+    let digests = [(); 3].map(|()| turn(&mut map));
+    assert_ne!(digests[0], before);
+    assert_ne!(digests[1], before);
+    // Three turns by a third are none.
+    assert_eq!(digests[2], before);
 }
