@@ -61,11 +61,14 @@ impl Changes {
         self.events.push(Event::Died { cell, heir });
     }
 
-    /// Takes down which darts were written to, but for those of faces that were paired or parted: they are here already.
-    pub(crate) fn note(&mut self, writes: &[Undo]) {
-        for undo in writes {
+    /// Takes down which darts an edit of `map` wrote to, whose writes are those from `first` on. Darts of faces that were
+    /// paired or parted are here already.
+    pub(crate) fn note(&mut self, map: &Map, first: usize) {
+        let added = map.journal.added..map.dart_slot_count();
+        self.darts.extend(added.map(Dart::at));
+        for undo in &map.journal.writes[first..] {
             match *undo {
-                Undo::Beta { dart, .. } | Undo::NewDart { dart, .. } | Undo::FreedDart(dart) => {
+                Undo::Beta { dart, .. } | Undo::ReusedDart(dart) | Undo::FreedDart(dart) => {
                     self.touch(dart);
                 }
                 Undo::Label { column, dart, was } => {

@@ -77,9 +77,9 @@ impl Map {
         let value = batch(&mut edit)?;
         edit.settle_whole()?;
         edit.finished = true;
-        edit.changes.note(&edit.map.journal.writes[first..]);
+        edit.changes.note(edit.map, first);
         let changes = std::mem::take(&mut edit.changes);
-        if !edit.map.journal.lasts {
+        if edit.map.journal.kept.is_none() {
             edit.map.journal.writes.clear();
         }
         drop(edit);
@@ -92,7 +92,7 @@ impl Map {
 impl Drop for Edit<'_> {
     fn drop(&mut self) {
         if !self.finished {
-            self.map.undo(self.first);
+            self.map.undo(self.first, self.map.journal.added);
         }
     }
 }
@@ -128,7 +128,7 @@ impl Edit<'_> {
         let done = part(self);
         self.map.journal.fresh = fresh;
         done.inspect_err(|_| {
-            self.map.undo(mark.writes);
+            self.map.undo(mark.writes, rows);
             self.changes.events.truncate(mark.events);
             self.changes.among.truncate(mark.among);
             self.changes.darts.truncate(mark.darts);
@@ -141,15 +141,25 @@ impl Edit<'_> {
 
     /// What linking leaves open only an edit as a whole can close.
     fn check_closed(&self) -> Result<(), EditError> {
-        let map = &self.map;
-        for undo in &map.journal.writes[self.first..] {
-            let (Undo::Beta {
+        let map = &*self.map;
+        let added = map.journal.added..map.dart_slot_count();
+        let writes = map.journal.writes[self.first..].iter();
+        let written = writes.filter_map(|undo| match *undo {
+            Undo::Beta {
                 of: 1 | 2, dart, ..
             }
-            | Undo::NewDart { dart, .. }) = *undo
-            else {
-                continue;
-            };
+            | Undo::ReusedDart(dart) => Some(dart),
+            Undo::Beta { .. }
+            | Undo::Label { .. }
+            | Undo::SideVolume { .. }
+            | Undo::CellDart { .. }
+            | Undo::PairedFaces { .. }
+            | Undo::UnpairedFaces { .. }
+            | Undo::FreedDart(_)
+            | Undo::NewCell { .. }
+            | Undo::FreedCell { .. } => None,
+        });
+        for dart in added.map(Dart::at).chain(written) {
             if map.dart_at(dart.index()).is_none() {
                 continue;
             }

@@ -63,43 +63,50 @@ impl Edit<'_> {
         second: Option<usize>,
     ) -> Cell<Vertex> {
         let ends = self.map.ends(edge);
-        let mut halves = std::mem::take(&mut self.queue);
-        halves.clear();
-        halves.extend(darts.iter().map(|&dart| self.insert_after(dart)));
-        let vertex = self.bear_vertex(Some(AnyCell::Edge(edge)), &ends, halves[0]);
-        let far = self.bear(1, Some(AnyCell::Edge(edge)), halves[0]);
         let is_closed = second.is_none();
         let second = second.unwrap_or(darts.len());
-        for (at, (&dart, &half)) in darts.iter().zip(&halves).enumerate() {
-            // Directions alternate, from `first` on and from its opposite.
-            let is_forward = match at.checked_sub(second) {
-                None => at.is_multiple_of(2),
-                Some(at) => !at.is_multiple_of(2),
+        // Directions alternate, from `first` on and from its opposite.
+        let is_forward = |at: usize| match at.checked_sub(second) {
+            None => at.is_multiple_of(2),
+            Some(at) => !at.is_multiple_of(2),
+        };
+        // Of each dart, what was there stays the half at the edge's start, so that these stay linked as they are.
+        let mut halves = std::mem::take(&mut self.queue);
+        halves.clear();
+        for (at, &dart) in darts.iter().enumerate() {
+            // Found only now: a face may have the edge twice, once after the other.
+            let before = if is_forward(at) {
+                dart
+            } else {
+                self.map.beta0(dart)
             };
-            self.map.set_label(VERTEX, half, vertex.label());
+            halves.push(self.insert_after(before));
+        }
+        let vertex = self.bear_vertex(Some(AnyCell::Edge(edge)), &ends, halves[0]);
+        let far = self.bear(1, Some(AnyCell::Edge(edge)), halves[0]);
+        for (at, (&dart, &half)) in darts.iter().zip(&halves).enumerate() {
             let side = self.map.label[SIDE][dart.index()];
             self.map.set_label(SIDE, half, side);
-            if is_forward {
-                self.map.set_label(EDGE, half, far);
+            self.map.set_label(EDGE, half, far);
+            if is_forward(at) {
+                self.map.set_label(VERTEX, half, vertex.label());
             } else {
-                self.map.set_label(EDGE, half, edge.label());
-                self.map.set_label(EDGE, dart, far);
+                self.map.set_label(VERTEX, half, ends[1].label());
+                self.map.set_label(VERTEX, dart, vertex.label());
+                if self.map.dart(ends[1]) == dart {
+                    self.map.set_cell_dart(0, ends[1].label(), Some(half));
+                }
             }
         }
-        // Whatever two darts were linked by, each is now by that with the other's half.
-        let mut link = |beta: usize, one: usize, other: usize| {
-            self.pair(beta, darts[one], halves[other]);
-            self.pair(beta, halves[one], darts[other]);
-        };
         for at in 1..second {
-            link(2 + (at - 1) % 2, at - 1, at);
+            self.pair(2 + (at - 1) % 2, halves[at - 1], halves[at]);
         }
         if is_closed {
-            link(3, second - 1, 0);
+            self.pair(3, halves[second - 1], halves[0]);
         }
         for at in second..darts.len() {
             let before = if at == second { 0 } else { at - 1 };
-            link(3 - (at - second) % 2, before, at);
+            self.pair(3 - (at - second) % 2, halves[before], halves[at]);
         }
         self.queue = halves;
         vertex

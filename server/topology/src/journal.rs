@@ -35,10 +35,8 @@ pub(crate) enum Undo {
         one: Dart,
         other: Dart,
     },
-    NewDart {
-        dart: Dart,
-        reused: bool,
-    },
+    /// A dart in a row that had one before. Rows that are added need no entry: the map is cut off where they begin.
+    ReusedDart(Dart),
     FreedDart(Dart),
     NewCell {
         dimension: u8,
@@ -61,8 +59,8 @@ pub(crate) struct Journal {
     pub(crate) fresh: usize,
     /// Rows of darts from here on were added since the edit began.
     pub(crate) added: usize,
-    /// Whether writes are kept beyond the edit that made them.
-    pub(crate) lasts: bool,
+    /// Rows of darts by the time of [`Map::keep`]: if there was one, writes are kept beyond the edit that made them.
+    pub(crate) kept: Option<usize>,
 }
 
 impl Journal {
@@ -85,12 +83,14 @@ impl Map {
     /// Takes the map as it is as what [`Map::revert`] goes back to. From then on what edits write over is remembered.
     pub fn keep(&mut self) {
         self.journal.writes.clear();
-        self.journal.lasts = true;
+        self.journal.kept = Some(self.dart_slot_count());
     }
 
     /// Takes back all edits since [`Map::keep`], at their cost. Nothing, where that was never called.
     pub fn revert(&mut self) {
-        self.undo(0);
+        if let Some(rows) = self.journal.kept {
+            self.undo(0, rows);
+        }
     }
 
     pub(crate) fn set_beta(&mut self, beta: usize, dart: Dart, to: Option<Dart>) {
@@ -182,17 +182,17 @@ impl Map {
 
     /// A dart that is free everywhere and in no cell. The caller has made sure that there may be one more.
     pub(crate) fn new_dart(&mut self) -> Dart {
-        let (dart, reused) = match self.free_darts.pop() {
-            Some(dart) => (dart, true),
-            None => {
-                let dart = Dart::at(self.label[SIDE].len());
-                self.beta.iter_mut().for_each(|column| column.push(None));
-                self.label.iter_mut().for_each(|column| column.push(NONE));
-                (dart, false)
-            }
-        };
-        self.label[SIDE][dart.index()] = UNSETTLED;
-        self.journal.writes.push(Undo::NewDart { dart, reused });
+        if let Some(dart) = self.free_darts.pop() {
+            self.label[SIDE][dart.index()] = UNSETTLED;
+            self.journal.writes.push(Undo::ReusedDart(dart));
+            return dart;
+        }
+        let dart = Dart::at(self.label[SIDE].len());
+        self.beta.iter_mut().for_each(|column| column.push(None));
+        let [vertex, edge, side] = &mut self.label;
+        vertex.push(NONE);
+        edge.push(NONE);
+        side.push(UNSETTLED);
         dart
     }
 
@@ -237,8 +237,8 @@ impl Map {
             .push(Undo::FreedCell { dimension, cell });
     }
 
-    /// Takes back all writes but the first `keep`.
-    pub(crate) fn undo(&mut self, keep: usize) {
+    /// Takes back all writes but the first `keep`, and all rows of darts but the first `rows`.
+    pub(crate) fn undo(&mut self, keep: usize, rows: usize) {
         let mut pairs = Vec::new();
         while self.journal.writes.len() > keep {
             match self.journal.writes.pop() {
@@ -246,6 +246,12 @@ impl Map {
                 Some(undo) => self.undo_one(undo, &mut pairs),
             }
         }
+        self.beta
+            .iter_mut()
+            .for_each(|column| column.truncate(rows));
+        self.label
+            .iter_mut()
+            .for_each(|column| column.truncate(rows));
     }
 
     /// `pairs` is scratch memory.
@@ -275,17 +281,9 @@ impl Map {
                 cell,
                 was,
             } => self.slots[usize::from(dimension)].dart[cell as usize] = was,
-            Undo::NewDart { dart, reused: true } => {
+            Undo::ReusedDart(dart) => {
                 self.label[SIDE][dart.index()] = NONE;
                 self.free_darts.push(dart);
-            }
-            Undo::NewDart { reused: false, .. } => {
-                self.beta.iter_mut().for_each(|column| {
-                    column.pop();
-                });
-                self.label.iter_mut().for_each(|column| {
-                    column.pop();
-                });
             }
             Undo::FreedDart(_) => {
                 self.free_darts.pop();

@@ -116,14 +116,20 @@ impl Edit<'_> {
         self.room(8 * around.len())?;
         self.attempt(|edit| {
             let vertex = edit.split_edge(edge)?;
+            // Either way along the edge, the dart before the new vertex.
+            let before = |map: &Map, dart| match map.vertex(dart) == vertex {
+                true => map.beta0(dart),
+                false => dart,
+            };
             for &dart in &around {
                 // Splitting one side of a face splits the other.
                 if edit.map.ring(dart).count() == 4 {
+                    let dart = before(edit.map, dart);
                     edit.split_face(edit.map.beta1(dart), edit.map.beta0(dart))?;
                 }
             }
             for &dart in &tetrahedra {
-                edit.bisect_tetrahedron(dart)?;
+                edit.bisect_tetrahedron(before(edit.map, dart))?;
             }
             Ok(vertex)
         })

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use sinew_mesh::{Grid, shapes};
-use sinew_topology::{Cell, Changes, Cut, EditError, Event, Map, Place, Vertex, Volume};
+use sinew_topology::{Cell, Changes, Cut, Dart, EditError, Event, Map, Place, Vertex, Volume};
 
 use crate::shapes::{Census, Positions, census, in_the_midst, map_of, mesh, volumes};
 
@@ -153,5 +153,24 @@ proptest! {
                 prop_assert!(ends[0] * ends[1] > -1e-12);
             }
         }
+    }
+}
+
+#[test]
+fn an_edge_that_a_face_passes_there_and_back_is_split_once() {
+    // Two faces of a cube folded together: the faces beside them pass an edge of both in one direction, then the other.
+    let mut map = map_of(&shapes::hexahedra(1, 1, 1));
+    let dart = map.darts().next().unwrap();
+    let across = map.beta2(dart).unwrap();
+    map.edit(|edit| edit.sew3(dart, across)).unwrap();
+    let is_folded = |dart: &Dart| map.edge(*dart) == map.edge(map.beta1(*dart));
+    let folded: Vec<_> = map.darts().filter(is_folded).collect();
+    assert_eq!(folded.len(), 2);
+    for dart in folded {
+        let length = map.ring(dart).count();
+        let edge = map.edge(dart);
+        map.edit(|edit| edit.split_edge(edge)).unwrap();
+        assert_eq!(map.violations(), []);
+        assert_eq!(map.ring(dart).count(), length + 2);
     }
 }
