@@ -275,6 +275,12 @@ impl World {
         &self.warnings
     }
 
+    /// Bytes of the mesh's combinatorial map. 0 where there is none: where no rule may change the mesh, and nobody did.
+    pub fn map_bytes(&self) -> usize {
+        let topology = self.topology.as_ref();
+        topology.map_or(0, |topology| topology.body.map().bytes())
+    }
+
     /// Hash of the whole state: equal for the same scene and inputs on any number of threads.
     pub fn digest(&self) -> u128 {
         let Frame {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
 use nalgebra::Vector3;
 use sinew_engine::{
-    Action, Change, Effect, EventKind, Filter, Frame, Limits, Measure, Pairs, RemapError, Rule,
-    Strain, TopologyRule,
+    Action, Change, Effect, EventKind, Filter, Frame, Limits, Measure, Pairs, RemapError, Request,
+    Rule, Strain, TopologyRule,
 };
 
 /// Cuts the bar of 8 in two between x = 3 and x = 4 where it is stretched by half.
@@ -34,6 +34,26 @@ fn pulled(mapping: Rule, rules: Vec<TopologyRule>, steps: u32) -> Vec<Arc<Frame>
     let first = world.frame();
     let steps = (1..=steps).map(|n| step(&mut world, stretched(&rest, 0.01 * f64::from(n))));
     std::iter::once(first).chain(steps).collect()
+}
+
+#[test]
+fn a_world_has_a_map_only_where_something_may_change_its_mesh() {
+    let report = rule(Measure::Edges(Strain::Elongation), 0.5, Action::Report);
+    for rules in [Vec::new(), vec![report]] {
+        let mut world = build(bar(8, SHAPE, rules));
+        let rest = rest(&world);
+        for factor in [0.2, 0.9] {
+            step(&mut world, stretched(&rest, factor));
+            assert_eq!(world.map_bytes(), 0);
+        }
+        let cells = vec![0];
+        world.edit(vec![Request::Remove { cells }]).unwrap();
+        assert!(world.map_bytes() > 0);
+    }
+    let torn = build(bar(8, SHAPE, vec![cut_in_two()]));
+    // Six ids of four bytes for each of the 24 darts of a cube.
+    let (cubes, columns) = (torn.frame().layout.cells.len(), 6 * 4 * 24);
+    assert!(torn.map_bytes() > cubes * columns);
 }
 
 #[test]
