@@ -28,6 +28,7 @@ pub struct Edit<'a> {
     /// Scratch memory, as the next.
     pub(crate) scratch: Vec<Dart>,
     pub(crate) queue: Vec<Dart>,
+    pub(crate) flags: Vec<bool>,
     /// The darts of the faces that were paired or parted last, each with the one that faces it.
     pub(crate) pairs: Vec<[Dart; 2]>,
     finished: bool,
@@ -71,6 +72,7 @@ impl Map {
             has_borders: false,
             scratch: Vec::new(),
             queue: Vec::new(),
+            flags: Vec::new(),
             pairs: Vec::new(),
             finished: false,
         };
@@ -245,9 +247,7 @@ impl Edit<'_> {
     pub(crate) fn own_sides(&mut self, darts: &[Dart], volume: Cell<Volume>) {
         for &dart in darts {
             let side = self.map.label[crate::map::SIDE][dart.index()];
-            if self.map.side_volume[side as usize] != volume.label() {
-                self.map.set_side_volume(side, volume.label());
-            }
+            self.map.set_side_volume(side, volume.label());
         }
     }
 }

@@ -166,18 +166,23 @@ impl Map {
 
     pub(crate) fn set_side_volume(&mut self, side: u32, to: u32) {
         let was = std::mem::replace(&mut self.side_volume[side as usize], to);
-        self.journal.writes.push(Undo::SideVolume { side, was });
+        // Whole cells are written, of which often little changes.
+        if was != to {
+            self.journal.writes.push(Undo::SideVolume { side, was });
+        }
     }
 
     pub(crate) fn set_cell_dart(&mut self, dimension: usize, cell: u32, to: Option<Dart>) {
         let was = std::mem::replace(&mut self.slots[dimension].dart[cell as usize], to);
-        let dimension = small(dimension);
-        let undo = Undo::CellDart {
-            dimension,
-            cell,
-            was,
-        };
-        self.journal.writes.push(undo);
+        if was != to {
+            let dimension = small(dimension);
+            let undo = Undo::CellDart {
+                dimension,
+                cell,
+                was,
+            };
+            self.journal.writes.push(undo);
+        }
     }
 
     /// A dart that is free everywhere and in no cell. The caller has made sure that there may be one more.

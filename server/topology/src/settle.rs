@@ -178,9 +178,7 @@ impl Edit<'_> {
 
     fn relabel_sides(&mut self, rings: [(u32, Option<Dart>, u32); 2]) {
         for (side, ring, volume) in rings {
-            if self.map.side_volume[side as usize] != volume {
-                self.map.set_side_volume(side, volume);
-            }
+            self.map.set_side_volume(side, volume);
             let Some(ring) = ring else { continue };
             let darts: Vec<_> = self.map.ring(ring).collect();
             for dart in darts {

@@ -105,6 +105,10 @@ impl Edit<'_> {
             self.settle_pending()?;
             return Ok(other);
         }
+        // All are looked at before any is changed, so that no load waits for another.
+        let mut open = std::mem::take(&mut self.flags);
+        open.clear();
+        open.extend(self.map.ring(dart).map(|dart| self.map.is_open(dart)));
         let other = self.unpair_faces(dart)?;
         let side = self.map.label[SIDE][dart.index()];
         let parent = AnyCell::of(2, side / 2);
@@ -116,22 +120,23 @@ impl Edit<'_> {
         self.map.set_cell_dart(2, side / 2, Some(dart));
 
         let pairs = std::mem::take(&mut self.pairs);
-        // A vertex that is held by neither of the face's two edges there may fall in two.
-        let [near, mut facing] = pairs[pairs.len() - 1];
-        let last_fell = self.part_edge(near, facing);
-        let mut fell = last_fell;
-        for (index, &[near, far]) in pairs.iter().enumerate() {
-            let falls = match index + 1 == pairs.len() {
-                true => last_fell,
-                false => self.part_edge(near, far),
-            };
-            if fell && falls {
-                // The vertex that `near` leaves, `facing` leaves on the other side.
-                self.part_vertex(near, facing);
+        for (&[near, far], &was_open) in pairs.iter().zip(&open) {
+            let edge = self.map.label[EDGE][near.index()];
+            self.map.set_cell_dart(1, edge, Some(near));
+            // A ring of volumes around it is a fan from `near` to `far` now, a fan is two.
+            if was_open {
+                self.part_edge(edge, far);
             }
-            (fell, facing) = (falls, far);
         }
-        self.pairs = pairs;
+        // A vertex that neither of the face's two edges there holds together may fall in two.
+        let mut before = pairs.len() - 1;
+        for at in 0..pairs.len() {
+            if open[before] && open[at] {
+                self.part_vertex(pairs[at][0], pairs[before][1]);
+            }
+            before = at;
+        }
+        (self.pairs, self.flags) = (pairs, open);
         Ok(other)
     }
 
@@ -187,20 +192,8 @@ impl Edit<'_> {
         }
     }
 
-    /// After β3 between `near` and `far` was cut: whether their edge fell in two. Then `far`'s part of it becomes an edge of
-    /// its own.
-    fn part_edge(&mut self, near: Dart, far: Dart) -> bool {
-        let label = self.map.label[EDGE][near.index()];
-        let stands_for = self.map.slots[1].dart[label as usize];
-        let is_end = |dart: Dart| self.map.beta3(dart).is_none() && dart != near && dart != far;
-        let was_open = stands_for.is_some_and(is_end);
-        if stands_for != Some(near) {
-            self.map.set_cell_dart(1, label, Some(near));
-        }
-        if !was_open {
-            // A ring of volumes around the edge, which is a fan from `near` to `far` now.
-            return false;
-        }
+    /// Gives the fan that begins with `far` an edge of its own.
+    fn part_edge(&mut self, label: u32, far: Dart) {
         let new = self.bear(1, Some(AnyCell::of(1, label)), far);
         let mut at = Some(far);
         while let Some(dart) = at {
@@ -211,7 +204,6 @@ impl Edit<'_> {
                 at = self.map.beta3(across);
             }
         }
-        true
     }
 
     /// After a cut between `near` and `far`: if their vertex does not hold together any more, `far`'s part of it becomes
@@ -235,6 +227,13 @@ impl Edit<'_> {
 }
 
 impl Map {
+    /// Whether the volumes around the edge of `dart` are a fan, which ends on the boundary, not a ring.
+    fn is_open(&self, dart: Dart) -> bool {
+        let edge = self.label[EDGE][dart.index()];
+        let end = self.slots[1].dart[edge as usize];
+        end.is_some_and(|end| self.beta3(end).is_none())
+    }
+
     /// Whether the ring of `dart` passes a vertex or an edge twice, so that one cut may part that in more than two.
     pub(crate) fn meets_itself(&self, dart: Dart) -> bool {
         let label = |dart: Dart| self.label[VERTEX][dart.index()];

@@ -42,6 +42,11 @@ impl Peers {
         Ok(Self { folder })
     }
 
+    /// Where they are.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Runs one of the peers' Python scripts on one thread and reads what it prints.
     ///
     /// # Errors

@@ -19,7 +19,12 @@ pub(crate) fn build(
     rest: &[Vector3<f64>],
     mapping: Mapping,
 ) -> Result<World, SceneError> {
-    World::build(Scene {
+    World::build(scene(grid, rest, mapping))
+}
+
+/// A scene of a mesh and points at `rest` that are driven from outside, without rules.
+pub(crate) fn scene(grid: Grid, rest: &[Vector3<f64>], mapping: Mapping) -> Scene {
+    Scene {
         title: String::new(),
         motion: Motion::External(ExternalPoints {
             labels: (0..rest.len()).map(|i| i.to_string()).collect(),
@@ -36,7 +41,7 @@ pub(crate) fn build(
         rules: Vec::new(),
         time_step: 0.01,
         up: UpAxis::Z,
-    })
+    }
 }
 
 /// A mapping by distance, onto every point.

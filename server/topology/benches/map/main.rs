@@ -1,5 +1,7 @@
 //! What the map costs, for 10k, 100k and 1M tetrahedra: `cargo bench -p sinew-topology`.
 //!
+//! The report's section `topology` measures the same, by [`kernel`] and [`peer`].
+//!
 //! Where the environment variable `SINEW_CGAL` names a peer program (see [`peer`]), it runs on the same meshes, by turns
 //! with the map, and the table shows both. All times are processor time of the whole process, on one thread: other
 //! processes of the machine then disturb the figures less, and both sides alike.
@@ -46,7 +48,8 @@ fn main() {
     if !std::env::args().any(|arg| arg == "--bench") {
         return;
     }
-    let peer = peer::Peer::from_environment();
+    let program = std::env::var_os("SINEW_CGAL");
+    let peer = program.map(|program| peer::Peer::new(program.into()));
     let mut samples = Samples::default();
     for side in SIDES {
         let mesh = shapes::tetrahedra(side, side, side);

@@ -1,5 +1,5 @@
 //! The program to compare with: one that takes a folder and a variant as arguments, reads `points.f64` and `tets.i32`
-//! there (rows of three and four, little-endian), and prints lines `row variant figure …`, named as in [`crate::kernel`].
+//! there (rows of three and four, little-endian), and prints lines `row variant figure …`, named as in [`super::kernel`].
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,9 +20,8 @@ pub(crate) struct Input {
 }
 
 impl Peer {
-    pub(crate) fn from_environment() -> Option<Self> {
-        let program = std::env::var_os("SINEW_CGAL")?.into();
-        Some(Self { program })
+    pub(crate) fn new(program: PathBuf) -> Self {
+        Self { program }
     }
 
     pub(crate) fn write(&self, mesh: &Grid) -> Input {

@@ -9,10 +9,11 @@ mod precision;
 mod presets;
 mod rbf;
 mod scaling;
+mod topology;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 9] = [
+pub(crate) const ALL: [Section; 10] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
@@ -21,5 +22,6 @@ pub(crate) const ALL: [Section; 9] = [
     drift::SECTION,
     precision::SECTION,
     scaling::SECTION,
+    topology::SECTION,
     paper::SECTION,
 ];
