@@ -181,8 +181,16 @@ fn any_shot() -> impl Strategy<Value = Shot> {
     })
 }
 
+/// Few in ordinary runs.
+fn cases() -> u32 {
+    match std::env::var_os("SINEW_LONG") {
+        Some(_) => 20_000,
+        None => 48,
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
     #[test]
     fn no_sequence_of_edits_breaks_a_map(
         shots in prop::collection::vec(any_shot(), 0..40),
@@ -208,6 +216,28 @@ proptest! {
         prop_assert!(refused.is_err());
         prop_assert_eq!(map.digest(), before);
         prop_assert_eq!(map.violations(), []);
+    }
+
+    #[test]
+    fn several_edits_are_taken_back_at_once(
+        shots in prop::collection::vec(any_shot(), 0..24),
+        start in 0..5usize,
+    ) {
+        let mut map = seed_map(start);
+        let (before, after) = shots.split_at(shots.len() / 2);
+        for &shot in before {
+            let _ = map.edit(|edit| shoot(edit, shot));
+        }
+        map.keep();
+        let kept = map.digest();
+        for _ in 0..2 {
+            for &shot in after {
+                let _ = map.edit(|edit| shoot(edit, shot));
+            }
+            map.revert();
+            prop_assert_eq!(map.digest(), kept);
+            prop_assert_eq!(map.violations(), []);
+        }
     }
 
     #[test]
