@@ -12,24 +12,24 @@
 //!
 //! | row | map | lean | full | p |
 //! | --- | --- | --- | --- | --- |
-//! | build | 29.9 ns per dart | 3.6× | 7.4× | 1.05 |
-//! | bytes | 26.8 per dart | 2.1× | 3.3× | 0.99 |
-//! | orbit_vertex | 6.8 ns per dart | 7.2× | 9.5× | 1.01 |
-//! | orbit_edge | 6.9 ns per dart | 4.8× | 6.6× | 1.03 |
-//! | orbit_face | 6.8 ns per dart | 3.6× | 4.1× | 1.00 |
-//! | orbit_volume | 6.5 ns per dart | 3.8× | 3.8× | 1.00 |
-//! | adjacency_vertex_snapshot | 12.4 ns per entry | 22.2× | 27.9× | 1.02 |
-//! | adjacency_volume_snapshot | 7.4 ns per entry |  | 23.8× | 1.07 |
-//! | adjacency_vertex_random | 7551 ns per query | 1.7× | 2.0× | 1.43 |
-//! | adjacency_volume_random | 1679 ns per query | 1.3× | 1.6× | 1.47 |
-//! | relink3 | 207.8 ns per face | 0.5× | 0.5× | 1.20 |
-//! | unsew3 | 524.6 ns per face | 17.3× | 24.8× | 1.16 |
-//! | sew3 | 272.3 ns per face | 0.7× | 1.6× | 1.04 |
-//! | resew3 | 398.0 ns per face | 11.6× | 16.9× | 1.09 |
-//! | unsew3_rolled_back | 578.2 ns per face |  |  | 1.13 |
-//! | tear_unsew3 | 1788 ns per face | 14.8× | 16.9× | 1.07 |
-//! | tear_sew3 | 1992 ns per face | 1.0× | 1.2× | 1.27 |
-//! | cut | 9382 ns per tetrahedron | 0.6× | 0.9× | 0.94 |
+//! | build | 28.9 ns per dart | 3.4× | 7.5× | 1.14 |
+//! | bytes | 26.8 per dart | 2.1× | 3.3× | 1.00 |
+//! | orbit_vertex | 6.2 ns per dart | 7.5× | 10.0× | 1.01 |
+//! | orbit_edge | 6.7 ns per dart | 4.6× | 6.5× | 1.04 |
+//! | orbit_face | 6.4 ns per dart | 3.6× | 4.1× | 1.00 |
+//! | orbit_volume | 5.9 ns per dart | 3.8× | 4.0× | 0.99 |
+//! | adjacency_vertex_snapshot | 12.1 ns per entry | 21.5× | 27.1× | 1.08 |
+//! | adjacency_volume_snapshot | 6.8 ns per entry |  | 23.9× | 1.09 |
+//! | adjacency_vertex_random | 7699 ns per query | 1.6× | 1.9× | 1.50 |
+//! | adjacency_volume_random | 1724 ns per query | 1.2× | 1.6× | 1.53 |
+//! | relink3 | 90.3 ns per face | 1.1× | 1.2× | 1.27 |
+//! | unsew3 | 240.7 ns per face | 36.3× | 51.7× | 1.13 |
+//! | sew3 | 240.0 ns per face | 0.7× | 1.8× | 1.13 |
+//! | resew3 | 240.4 ns per face | 18.5× | 26.8× | 1.13 |
+//! | unsew3_rolled_back | 322.4 ns per face |  |  | 1.20 |
+//! | tear_unsew3 | 1652 ns per face | 15.3× | 17.3× | 1.22 |
+//! | tear_sew3 | 2153 ns per face | 0.7× | 1.1× | 1.37 |
+//! | cut | 6842 ns per tetrahedron | 0.8× | 1.2× | 0.93 |
 #![allow(clippy::unwrap_used, reason = "a measurement that cannot go on ends")]
 
 mod kernel;
