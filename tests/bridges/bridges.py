@@ -6,11 +6,12 @@ usage: bridges.py SINEW-SERVER SINEW [KIND…]
 import socket
 import sys
 
+import lsl
 import motive
 import osc
 from stage import Stage
 
-KINDS = {"osc": osc.test, "natnet": motive.test}
+KINDS = {"osc": osc.test, "natnet": motive.test, "lsl": lsl.test}
 
 
 def free_port():

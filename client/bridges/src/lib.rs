@@ -8,6 +8,7 @@
 
 mod cursor;
 mod error;
+pub mod lsl;
 pub mod natnet;
 
 mod time;

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use clap::{Args, Subcommand, ValueEnum};
 use sinew_client::{
     Relay, RelaySettings,
-    bridges::{Source, natnet, vmc},
+    bridges::{Source, lsl, natnet, vmc},
 };
 use sinew_proto::v1;
 
@@ -24,6 +24,7 @@ use crate::{
 #[command(after_help = "Examples:
   sinew bridge osc --session stage                      VMC protocol, at UDP port 39539
   sinew bridge natnet 10.0.0.5 --session stage          OptiTrack Motive
+  sinew bridge lsl Stage --session stage                a stream of the Lab Streaming Layer
 
 `sinew bridge KIND --help` shows examples of each kind.")]
 pub(crate) struct Arguments {
@@ -64,6 +65,29 @@ enum Kind {
         /// The address of this machine on the same network. Without it: the one from which the server is reached.
         #[arg(long, value_name = "ADDRESS")]
         local: Option<Ipv4Addr>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Markers of a stream of the Lab Streaming Layer.
+    ///
+    /// Labels: the `marker` of the channels whose `type` is PositionX, PositionY or PositionZ, or what comes before the
+    /// end of their labels (LKNE_X, LKNE_Y, LKNE_Z); of a stream that describes no channels point_1, point_2, …. NaN and a
+    /// `Confidence` of 0 are occlusion. Units are those of the channels, axes those of the scene unless --axes says
+    /// otherwise. Frames are timed by the stream's clock.
+    #[command(after_help = "Examples:
+  sinew bridge lsl Stage --session stage
+  sinew bridge lsl --query \"type='MoCap' and hostname='vicon'\" --session stage --axes z-up
+  sinew bridge lsl Stage --peer 10.0.0.5 --session stage   a machine that multicast does not reach")]
+    Lsl {
+        /// The stream's name.
+        #[arg(value_name = "NAME", required_unless_present = "query")]
+        stream: Option<String>,
+        /// What the stream is found by instead: an XPath predicate over its description.
+        #[arg(long, value_name = "XPATH", conflicts_with = "stream")]
+        query: Option<String>,
+        /// A machine to ask beside this one and the local network.
+        #[arg(long, value_name = "ADDRESS")]
+        peer: Option<Ipv4Addr>,
         #[command(flatten)]
         common: Common,
     },
@@ -137,6 +161,21 @@ pub(crate) async fn bridge(arguments: Arguments) -> Result<(), Failure> {
             let local = local.map_or_else(|| natnet::towards(server_address), Ok)?;
             common
                 .relay(natnet::connect(server_address, local).await?)
+                .await
+        }
+        Kind::Lsl {
+            stream,
+            query,
+            peer,
+            common,
+        } => {
+            let quote = |name: String| match name.contains('\'') {
+                true => format!("name=\"{name}\""),
+                false => format!("name='{name}'"),
+            };
+            let predicate = query.or(stream.map(quote)).unwrap_or_default();
+            common
+                .relay(lsl::find(lsl::Query { predicate, peer }).await?)
                 .await
         }
     }
