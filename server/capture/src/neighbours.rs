@@ -7,6 +7,8 @@ const MOST: usize = 16;
 /// What [`Rotation3::from_matrix_eps`] calls done, rad, and after how many steps it gives up.
 const ANGLE: f64 = 1e-12;
 const STEPS: usize = 100;
+/// Arms this small beside the places that they are told from are their rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// The markers nearest to one at rest, and how much each has to say.
 #[derive(Clone, Debug)]
@@ -77,7 +79,9 @@ impl Neighbours {
         let arms = chosen().map(|&(other, rest, weight)| {
             (now[other] - centre) * (rest - centre_rest).transpose() * weight
         });
-        let turn = turn(&arms.sum(), last);
+        let spread = chosen().map(|(_, rest, weight)| weight * (rest - centre_rest).norm_squared());
+        let nothing = ROUNDING * (spread.sum::<f64>() + total * centre_rest.norm_squared());
+        let turn = turn(&arms.sum(), nothing, last);
         Some(Guess {
             position: centre + turn * (self.rest - centre_rest),
             turn,
@@ -86,9 +90,11 @@ impl Neighbours {
 }
 
 /// The rotation R that maximises tr(Rᵀ a), nearest to `last` where that is not one.
-fn turn(a: &Matrix3<f64>, last: &Rotation3<f64>) -> Rotation3<f64> {
+///
+/// * `nothing` - what is no larger is the rounding of a single place, and turns no way.
+fn turn(a: &Matrix3<f64>, nothing: f64, last: &Rotation3<f64>) -> Rotation3<f64> {
     let size = a.norm();
-    if !size.is_normal() {
+    if size <= nothing || !size.is_normal() {
         return *last;
     }
     Rotation3::from_matrix_eps(&(a / size), ANGLE, STEPS, *last)

@@ -1,5 +1,7 @@
 //! A motion without jumps, from markers that come and go.
 
+mod names;
+
 use std::collections::VecDeque;
 
 use nalgebra::{Rotation3, Vector3};
@@ -13,18 +15,14 @@ const MOMENTUM: f64 = 0.1;
 const BASELINE: f64 = 0.05;
 /// How much of a step's surprise goes into the speed: enough to follow, little enough not to predict from noise.
 const GAIN: f64 = 0.5;
-/// Below this distance two markers under each other's names are no matter, m.
-const CLOSE: f64 = 0.01;
-/// How many times nearer to another's place a marker is to be that other one.
-const NEARER: f64 = 2.0;
+/// How many neighbours tell how a marker's surroundings turn.
+const ENOUGH: u32 = 3;
 
 /// One marker.
 #[derive(Clone, Debug)]
 struct Marker {
     state: State,
     doubt: Doubt,
-    /// Where it is taken to be, m: where it is seen, or else where it is carried.
-    place: Vector3<f64>,
     /// m/s
     velocity: Vector3<f64>,
     /// Since it was believed last, s.
@@ -32,13 +30,24 @@ struct Marker {
     /// Where it is beside its neighbours' guess, turned back to rest, m, and how fast that changes, m/s.
     aside: Vector3<f64>,
     drift: Vector3<f64>,
+    /// How far beside it was seen at most, m.
+    most_aside: f64,
     /// The neighbours that `aside` belongs to, and how they are turned.
     who: u16,
     turn: Rotation3<f64>,
-    /// By how much it was beside `place` when it came back, m, and since when, s.
+    /// By how much it is shown beside its place, m, so that nothing jumps; no place is ever told from what is shown.
+    offset: Vector3<f64>,
+    /// What the offset was when it came back, m, and since when, s.
     back: Option<(Vector3<f64>, f64)>,
     /// Where it is seen without being believed, m, and for how long, s.
     rival: Option<(Vector3<f64>, f64)>,
+}
+
+/// Where markers were at a step, m, and which were seen and believed.
+#[derive(Clone, Debug, Default)]
+struct Past {
+    places: Vec<Vector3<f64>>,
+    believed: Vec<bool>,
 }
 
 /// Markers from step to step. `[S4]`
@@ -56,8 +65,10 @@ pub struct Tracker {
     started: bool,
     /// For each marker the one under whose name it comes.
     named: Vec<usize>,
-    /// Where markers were shown: the last step's last.
-    past: VecDeque<Vec<Vector3<f64>>>,
+    /// The last step's last.
+    past: VecDeque<Past>,
+    /// Where each is taken to be, m: where it is seen, or else where it is carried.
+    places: Vec<Vector3<f64>>,
     shown: Vec<Vector3<f64>>,
     /// Of the step under way: where markers should be, and which are seen and believed.
     expected: Vec<Vector3<f64>>,
@@ -79,19 +90,20 @@ impl Tracker {
         settings: Settings,
     ) -> Result<Self, SettingsError> {
         settings.check()?;
-        let marker = |(rest, present): (&Vector3<f64>, &bool)| Marker {
+        let marker = |present: &bool| Marker {
             state: match present {
                 true => State::Valid,
                 false => State::Absent,
             },
             doubt: Doubt::None,
-            place: *rest,
             velocity: Vector3::zeros(),
             unseen: f64::INFINITY,
             aside: Vector3::zeros(),
             drift: Vector3::zeros(),
+            most_aside: 0.0,
             who: 0,
             turn: Rotation3::identity(),
+            offset: Vector3::zeros(),
             back: None,
             rival: None,
         };
@@ -101,14 +113,20 @@ impl Tracker {
             neighbours: (0..rest.len())
                 .map(|i| Neighbours::of(i, rest, present))
                 .collect(),
-            markers: rest.iter().zip(present).map(marker).collect(),
+            markers: present.iter().map(marker).collect(),
             started: false,
             named: (0..rest.len()).collect(),
             past: VecDeque::new(),
+            places: rest.to_vec(),
             shown: rest.to_vec(),
             expected: rest.to_vec(),
             believed: vec![false; rest.len()],
         })
+    }
+
+    /// For how long, and how far, markers are believed.
+    pub fn settings(&self) -> Settings {
+        self.settings
     }
 
     /// Where each marker is shown, m.
@@ -134,9 +152,13 @@ impl Tracker {
             vector(place).into_iter().chain([since.to_bits()])
         };
         let marker = move |marker: &Marker| {
-            let vectors = [marker.place, marker.velocity, marker.aside, marker.drift];
+            let vectors = [marker.velocity, marker.aside, marker.drift, marker.offset];
             let turn = marker.turn.matrix().iter().map(|x| x.to_bits());
-            let words = [marker.unseen.to_bits(), u64::from(marker.who)];
+            let words = [
+                marker.unseen.to_bits(),
+                u64::from(marker.who),
+                marker.most_aside.to_bits(),
+            ];
             (words
                 .into_iter()
                 .chain(vectors.into_iter().flat_map(vector)))
@@ -145,10 +167,22 @@ impl Tracker {
             .chain(held(marker.rival))
         };
         let names = self.named.iter().map(|&name| name as u64);
-        let past = self.past.iter().flatten().copied().flat_map(vector);
+        let step = move |past: &Past| {
+            let places: Vec<u64> = past.places.iter().copied().flat_map(vector).collect();
+            let believed = past.believed.iter().map(|believed| u64::from(*believed));
+            places.into_iter().chain(believed.collect::<Vec<_>>())
+        };
+        let past = self.past.iter().flat_map(step);
+        let places = self
+            .places
+            .iter()
+            .chain(&self.shown)
+            .copied()
+            .flat_map(vector);
         names
             .chain([u64::from(self.started)])
             .chain(self.markers.iter().flat_map(marker))
+            .chain(places)
             .chain(past)
     }
 
@@ -190,14 +224,32 @@ impl Tracker {
                 }
             }
         }
-        for i in 0..self.markers.len() {
-            if present(&self.markers[i]) && !self.believed[i] {
-                self.carry(i);
+        // Then those that come back where they can be: they too carry the rest.
+        let left = |tracker: &Self, i: usize| present(&tracker.markers[i]) && !tracker.believed[i];
+        let back: Vec<usize> = (0..self.markers.len())
+            .filter(|&i| left(self, i) && seen(self.named[i]).is_some())
+            .collect();
+        for &i in &back {
+            self.carry(i);
+        }
+        // Where nobody was believed for a while, nobody knows where the body is but those who see it now.
+        let predict = self.settings.predict_seconds;
+        let adrift =
+            (self.markers.iter()).all(|marker| !present(marker) || marker.unseen > predict);
+        for &i in &back {
+            match seen(self.named[i]) {
+                Some(seen) if adrift => {
+                    self.expected[i] = self.places[i];
+                    self.accept(i, seen);
+                }
+                Some(seen) => self.consider(i, seen),
+                None => {}
             }
         }
         for i in 0..self.markers.len() {
-            if present(&self.markers[i]) && !self.believed[i] {
-                self.consider(i, seen(self.named[i]));
+            if left(self, i) && !back.contains(&i) {
+                self.carry(i);
+                self.markers[i].rival = None;
             }
         }
         self.started |= sample.is_some_and(|sample| sample.seen.contains(&true));
@@ -205,20 +257,31 @@ impl Tracker {
 
     fn remember(&mut self) {
         let baseline = (BASELINE / self.time_step).round().max(1.0);
-        let mut oldest = Vec::new();
+        let mut oldest = Past::default();
         if !self.started {
             self.past.clear();
         } else if self.past.len() as f64 > baseline {
             oldest = self.past.pop_front().unwrap_or_default();
         }
-        oldest.clone_from(&self.shown);
+        oldest.places.clone_from(&self.places);
+        oldest.believed.clone_from(&self.believed);
         self.past.push_back(oldest);
+    }
+
+    /// The step before.
+    fn before(&self) -> &Past {
+        &self.past[self.past.len() - 1]
     }
 
     /// Where each marker should be now: where it goes by itself, or with its neighbours of the step before.
     fn expect(&mut self) {
-        for (marker, expected) in self.markers.iter().zip(&mut self.expected) {
-            *expected = marker.place + marker.velocity * self.time_step;
+        for ((marker, place), expected) in self
+            .markers
+            .iter()
+            .zip(&self.places)
+            .zip(&mut self.expected)
+        {
+            *expected = place + marker.velocity * self.time_step;
         }
     }
 
@@ -231,89 +294,6 @@ impl Tracker {
         let count = (0..self.markers.len()).filter(there).count();
         let jumping = (0..self.markers.len()).filter(there).filter(jumps).count();
         jumping > 1 && 2 * jumping > count
-    }
-
-    /// Finds markers under each other's names, and gives each its own again.
-    fn tell_apart(&mut self, sample: &Sample) {
-        let count = self.markers.len();
-        let seen = |named: &[usize], i: usize| {
-            let column = named[i];
-            sample.seen[column].then(|| sample.positions[column])
-        };
-        let known = |marker: &Marker| marker.unseen.is_finite();
-        let off = |named: &[usize], i: usize| {
-            seen(named, i).map_or(0.0, |place| (place - self.expected[i]).norm())
-        };
-        let close = |i: usize| CLOSE + self.slack(i);
-        let doubtful: Vec<usize> = (0..count)
-            .filter(|&i| known(&self.markers[i]) && off(&self.named, i) > close(i))
-            .collect();
-        // Whose place each is in, if it is anyone's who is not there.
-        let mut takes = vec![None; count];
-        for &i in &doubtful {
-            let Some(place) = seen(&self.named, i) else {
-                continue;
-            };
-            let free = |&j: &usize| {
-                j != i
-                    && known(&self.markers[j])
-                    && (seen(&self.named, j).is_none() || doubtful.contains(&j))
-            };
-            let distance = |j: usize| (place - self.expected[j]).norm();
-            let nearest = (0..count)
-                .filter(free)
-                .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
-            takes[i] = nearest.filter(|&j| NEARER * distance(j) < off(&self.named, i));
-        }
-        let hidden: Vec<bool> = (0..count).map(|i| seen(&self.named, i).is_none()).collect();
-        self.rename(&takes, &hidden);
-    }
-
-    /// Gives each marker that is in another's place that other's name. Swaps go all round, or end at a marker that is
-    /// hidden, whose name goes to the first: markers that follow each other closely are in each other's places too when
-    /// they speed up, but the last of them is in nobody's.
-    fn rename(&mut self, takes: &[Option<usize>], hidden: &[bool]) {
-        let mut claimed = vec![false; takes.len()];
-        let mut moves = Vec::new();
-        for (from, to) in takes.iter().enumerate() {
-            if let Some(to) = *to
-                && !std::mem::replace(&mut claimed[to], true)
-            {
-                moves.push((from, to));
-            }
-        }
-        loop {
-            let gives: Vec<usize> = moves.iter().map(|&(from, _)| from).collect();
-            let before = moves.len();
-            moves.retain(|&(_, to)| hidden[to] || gives.contains(&to));
-            if moves.len() == before {
-                break;
-            }
-        }
-        claimed.fill(false);
-        for &(_, to) in &moves {
-            claimed[to] = true;
-        }
-        if moves.is_empty() {
-            return;
-        }
-        let gives = |i: usize| moves.iter().any(|&(from, _)| from == i);
-        let names: Vec<usize> = moves.iter().map(|&(from, _)| self.named[from]).collect();
-        let mut left: Vec<usize> = moves
-            .iter()
-            .filter(|&&(_, to)| !gives(to))
-            .map(|&(_, to)| self.named[to])
-            .collect();
-        for (&(_, to), name) in moves.iter().zip(names) {
-            self.named[to] = name;
-            self.markers[to].doubt = Doubt::Swap;
-        }
-        for &(from, _) in &moves {
-            if !claimed[from] {
-                self.named[from] = left.pop().expect("as many chains start as end");
-                self.markers[from].doubt = Doubt::Swap;
-            }
-        }
     }
 
     /// How much further off than at a step a marker may be by now, m: as it was not seen for a while.
@@ -334,14 +314,26 @@ impl Tracker {
     /// Whether it is where its neighbours would take it: a body may start faster than one marker is believed to.
     fn goes_along(&self, i: usize, seen: Vector3<f64>) -> bool {
         let neighbours = &self.neighbours[i];
-        let who = neighbours.who(&self.believed);
-        let before = &self.past[self.past.len() - 1];
+        let who = self.steady(i, self.before());
+        let before = &self.before().places;
         let guess = |at: &[Vector3<f64>], last: &Rotation3<f64>| neighbours.guess(who, at, last);
         let taken = guess(before, &self.markers[i].turn).and_then(|was| {
-            let now = guess(&self.shown, &was.turn)?;
+            let now = guess(&self.places, &was.turn)?;
             Some(now.position + now.turn * (was.turn.inverse() * (before[i] - was.position)))
         });
         taken.is_some_and(|taken| (seen - taken).norm() <= self.reach())
+    }
+
+    /// The neighbours of a marker that are believed now and were at a step before; where these are too few to tell a
+    /// turn by, all that are believed now.
+    fn steady(&self, i: usize, past: &Past) -> u16 {
+        let neighbours = &self.neighbours[i];
+        let now = neighbours.who(&self.believed);
+        let both = now & neighbours.who(&past.believed);
+        match both.count_ones() >= ENOUGH {
+            true => both,
+            false => now,
+        }
     }
 
     /// How far beside its way a marker can be after a step, m.
@@ -350,15 +342,11 @@ impl Tracker {
     }
 
     /// Takes what is seen of a marker that was carried so far for true, where it can be.
-    fn consider(&mut self, i: usize, seen: Option<Vector3<f64>>) {
-        let Some(seen) = seen else {
-            self.markers[i].rival = None;
-            return;
-        };
-        self.expected[i] = self.shown[i];
+    fn consider(&mut self, i: usize, seen: Vector3<f64>) {
+        self.expected[i] = self.places[i];
         // One carried since this step only was there, and has been turned down.
         let fresh = self.markers[i].unseen <= self.time_step;
-        let off = (seen - self.shown[i]).norm();
+        let off = (seen - self.places[i]).norm();
         if (fresh || off > self.reach() + self.slack(i)) && !self.persists(i, seen) {
             self.markers[i].doubt = Doubt::Speed;
         } else {
@@ -386,26 +374,27 @@ impl Tracker {
             marker.velocity = Vector3::zeros();
             marker.back = None;
         } else if marker.unseen > 0.0 {
-            marker.back = Some((-surprise, 0.0));
+            marker.back = Some((self.shown[i] - seen, 0.0));
         } else {
             marker.velocity += surprise * (GAIN / step);
         }
-        marker.place = seen;
         marker.unseen = 0.0;
         marker.rival = None;
         marker.state = State::Valid;
-        self.believed[i] = true;
-        self.shown[i] = seen;
-        if let Some((aside, since)) = &mut marker.back {
+        marker.offset = Vector3::zeros();
+        if let Some((offset, since)) = &mut marker.back {
             *since += step;
             let t = *since / self.settings.take_back_seconds;
             if *since + 0.5 * step < self.settings.take_back_seconds {
-                self.shown[i] += *aside * (1.0 - t * t * (3.0 - 2.0 * t));
+                marker.offset = *offset * (1.0 - t * t * (3.0 - 2.0 * t));
                 marker.state = State::Held;
             } else {
                 marker.back = None;
             }
         }
+        self.believed[i] = true;
+        self.places[i] = seen;
+        self.shown[i] = seen + marker.offset;
     }
 
     /// Carries along a marker that is not seen.
@@ -414,15 +403,19 @@ impl Tracker {
         let Settings {
             predict_seconds: predict,
             release_seconds: release,
+            take_back_seconds: back,
             ..
         } = self.settings;
-        let neighbours = &self.neighbours[i];
-        let who = neighbours.who(&self.believed);
+        let fresh = self.markers[i].unseen == 0.0;
+        let drift = match fresh {
+            true => self.drift(i),
+            false => self.markers[i].drift,
+        };
+        let who = self.steady(i, self.before());
+        let (neighbours, before) = (&self.neighbours[i], &self.past[self.past.len() - 1].places);
         let marker = &mut self.markers[i];
-        let before = &self.past[self.past.len() - 1];
         let was = neighbours.guess(who, before, &marker.turn);
-        let now = was.and_then(|was| neighbours.guess(who, &self.shown, &was.turn));
-        let fresh = marker.unseen == 0.0;
+        let now = was.and_then(|was| neighbours.guess(who, &self.places, &was.turn));
         marker.back = None;
         marker.unseen += step;
         // Half a step more: a sum of steps is not the time to the last bit.
@@ -430,26 +423,29 @@ impl Tracker {
         let decay = (-step / MOMENTUM).exp();
         let (Some(was), Some(now)) = (was, now) else {
             // Nobody knows: it goes on, ever slower.
-            self.shown[i] = before[i] + marker.velocity * step;
-            marker.place = self.shown[i];
+            self.places[i] = before[i] + marker.velocity * step;
+            self.shown[i] = self.places[i] + marker.offset;
             marker.velocity *= decay;
             marker.who = 0;
             return;
         };
-        if fresh || marker.who != who {
-            marker.aside = was.turn.inverse() * (before[i] - was.position);
-        }
         if fresh || marker.who == 0 {
-            let aside = |at: &[Vector3<f64>]| {
-                let guess = neighbours.guess(who, at, &was.turn)?;
-                Some(guess.turn.inverse() * (at[i] - guess.position))
-            };
-            let (first, steps) = (&self.past[0], self.past.len() - 1);
-            let moved = aside(first).map_or_else(Vector3::zeros, |first| marker.aside - first);
-            marker.drift = moved / (steps.max(1) as f64 * step);
+            marker.drift = drift;
+        }
+        let others = marker.who != who;
+        let mut jump = Vector3::zeros();
+        if fresh || others {
+            let aside = was.turn.inverse() * (before[i] - was.position);
+            if fresh {
+                marker.most_aside = marker.most_aside.max(aside.norm());
+            }
+            // Errors of those that are carried add up, but not beyond what was ever seen.
+            marker.aside = aside.cap_magnitude(marker.most_aside);
+            jump = aside - marker.aside;
         }
         marker.who = who;
         marker.turn = now.turn;
+        let aside = marker.aside;
         marker.aside += marker.drift * step;
         marker.drift *= decay;
         if marker.unseen > predict {
@@ -457,9 +453,37 @@ impl Tracker {
             let rate = 3.0 / (release - predict).max(step);
             marker.aside *= (-rate * step).exp();
         }
-        self.shown[i] = now.position + now.turn * marker.aside;
-        marker.place = self.shown[i];
-        marker.velocity = (self.shown[i] - before[i]) / step;
+        self.places[i] = now.position + now.turn * marker.aside;
+        marker.offset += now.turn * jump;
+        marker.offset *= match back > 0.0 {
+            true => (-3.0 * step / back).exp(),
+            false => 0.0,
+        };
+        self.shown[i] = self.places[i] + marker.offset;
+        // Of the same neighbours: that others speak now is no speed.
+        let taken = self.places[i] - (was.position + was.turn * aside);
+        marker.velocity += GAIN * (taken / step - marker.velocity);
+    }
+
+    /// How fast a marker that was seen until the step before went beside its neighbours, m/s, by what was seen of both;
+    /// none where that was too little.
+    fn drift(&self, i: usize) -> Vector3<f64> {
+        let neighbours = &self.neighbours[i];
+        let last = self.before();
+        let both = |past: &Past| neighbours.who(&past.believed) & neighbours.who(&last.believed);
+        let steps = self.past.len() - 1;
+        let first = (0..steps)
+            .find(|&k| self.past[k].believed[i] && both(&self.past[k]).count_ones() >= ENOUGH);
+        let drift = first.and_then(|k| {
+            let who = both(&self.past[k]);
+            let aside = |past: &Past| {
+                let guess = neighbours.guess(who, &past.places, &self.markers[i].turn)?;
+                Some(guess.turn.inverse() * (past.places[i] - guess.position))
+            };
+            let moved = aside(last)? - aside(&self.past[k])?;
+            Some(moved / ((steps - k) as f64 * self.time_step))
+        });
+        drift.unwrap_or_else(Vector3::zeros)
     }
 }
 

@@ -296,3 +296,44 @@ fn settings_that_are_none_are_refused_by_name() {
         ("release_seconds", 0.05, 0.1)
     );
 }
+
+/// The same number always, below `most`.
+fn chance(seed: u32, most: u32) -> u32 {
+    let mixed = (u64::from(seed) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    (mixed >> 32) as u32 % most
+}
+
+/// Each marker is hidden in each step by chance: few are seen twice running, and in some steps none is.
+#[test]
+fn markers_that_flicker_are_nearer_than_where_they_were_seen_last() {
+    for (percent, most) in [(20, 0.03), (40, 0.3), (60, 0.3)] {
+        for motion in [rigid, soft] {
+            let mut tracker = tracker();
+            let (mut worst, mut carried, mut held, mut last_seen) = (0.0_f64, 0.0, 0.0, rest());
+            for step in 1..2000 {
+                let mut sample = sample(motion, step);
+                let truth = sample.positions.clone();
+                for (i, seen) in (0..).zip(&mut sample.seen) {
+                    *seen = step < 10 || chance(step * 11 + i, 100) >= percent;
+                }
+                tracker.step(Some(&sample));
+                let shown = tracker.positions();
+                worst = worst.max(farthest(shown, &truth));
+                for (i, seen) in sample.seen.iter().enumerate() {
+                    match seen {
+                        true => last_seen[i] = truth[i],
+                        false => {
+                            carried += (shown[i] - truth[i]).norm_squared();
+                            held += (last_seen[i] - truth[i]).norm_squared();
+                        }
+                    }
+                }
+            }
+            let gain = (held / carried).sqrt();
+            println!("{percent} %: {worst} m at most, {gain} times nearer");
+            assert!(worst < most, "{worst} m at {percent} %");
+            assert!(gain > 1.0, "{gain} at {percent} %");
+        }
+    }
+}
