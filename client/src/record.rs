@@ -1,10 +1,8 @@
-//! Records of what a session's points were given, and their files.
+//! Records of what a session was given, and their files.
 
 use bytes::{Buf as _, Bytes};
 use prost::Message as _;
-use sinew_proto::v1::{
-    MotionFrame, RecordMotionResponse, RecordStart, record_motion_response::Item,
-};
+use sinew_proto::v1::{RecordMotionResponse, RecordStart, record_motion_response::Item};
 use tonic::Streaming;
 
 use crate::ClientError;
@@ -25,9 +23,9 @@ impl Recording {
     ) -> Result<Self, ClientError> {
         match items.message().await?.and_then(|message| message.item) {
             Some(Item::Start(start)) => Ok(Self { start, items }),
-            Some(Item::Frame(_)) | None => Err(ClientError::Protocol(
-                "a record did not begin with its start".to_owned(),
-            )),
+            Some(Item::Frame(_) | Item::Mapping(_) | Item::Edits(_)) | None => Err(
+                ClientError::Protocol("a record did not begin with its start".to_owned()),
+            ),
         }
     }
 
@@ -36,15 +34,15 @@ impl Recording {
         &self.start
     }
 
-    /// What the next step was given; `None` when the session has ended.
+    /// What it was given next; `None` when the session has ended.
     ///
     /// # Errors
     /// `RESOURCE_EXHAUSTED` where this reader is too slow.
-    pub async fn next(&mut self) -> Result<Option<MotionFrame>, ClientError> {
+    pub async fn next(&mut self) -> Result<Option<Item>, ClientError> {
         while let Some(message) = self.items.message().await? {
             match message.item {
-                Some(Item::Frame(frame)) => return Ok(Some(frame)),
                 Some(Item::Start(_)) | None => {}
+                item @ Some(Item::Frame(_) | Item::Mapping(_) | Item::Edits(_)) => return Ok(item),
             }
         }
         Ok(None)
@@ -77,8 +75,8 @@ pub enum RecordError {
 pub struct MotionRecord {
     /// Where it begins.
     pub start: RecordStart,
-    /// What steps were given, in their order.
-    pub frames: Vec<MotionFrame>,
+    /// What the session was given, in its order; no start is among them.
+    pub items: Vec<Item>,
 }
 
 impl MotionRecord {
@@ -98,7 +96,7 @@ impl MotionRecord {
         }
         rest.advance(RECORD_MAGIC.len());
         let mut start = None;
-        let mut frames = Vec::new();
+        let mut items = Vec::new();
         for item in 0.. {
             if rest.is_empty() {
                 break;
@@ -112,38 +110,57 @@ impl MotionRecord {
             };
             match (message.map_err(|error| garbled(&error))?.item, item) {
                 (Some(Item::Start(first)), 0) => start = Some(first),
-                (Some(Item::Frame(frame)), 1..) => frames.push(frame),
-                (Some(Item::Start(_) | Item::Frame(_)) | None, _) => {
+                (Some(given @ (Item::Frame(_) | Item::Mapping(_) | Item::Edits(_))), 1..) => {
+                    items.push(given);
+                }
+                (
+                    Some(Item::Start(_) | Item::Frame(_) | Item::Mapping(_) | Item::Edits(_))
+                    | None,
+                    _,
+                ) => {
                     return Err(garbled(&"it is not what belongs there"));
                 }
             }
         }
         let start = start.ok_or(RecordError::Start)?;
-        Ok(Self { start, frames })
+        Ok(Self { start, items })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use sinew_proto::v1::{MotionFrame, RecordedEdits, RecordedMapping};
+
     use super::*;
 
     fn file() -> (MotionRecord, Vec<u8>) {
-        let frame = |sequence| MotionFrame {
-            sequence,
-            capture_time_seconds: 0.1 + sequence as f64 / 3.0,
-            ..MotionFrame::default()
+        let frame = |sequence| {
+            Item::Frame(MotionFrame {
+                sequence,
+                capture_time_seconds: 0.1 + sequence as f64 / 3.0,
+                ..MotionFrame::default()
+            })
+        };
+        let mapping = RecordedMapping {
+            blend_seconds: 0.5,
+            ..RecordedMapping::default()
         };
         let record = MotionRecord {
             start: RecordStart {
                 labels: vec!["a".to_owned()],
                 ..RecordStart::default()
             },
-            frames: (1..4).map(frame).collect(),
+            items: vec![
+                frame(1),
+                Item::Mapping(mapping),
+                frame(2),
+                Item::Edits(RecordedEdits::default()),
+            ],
         };
         let mut bytes = RECORD_MAGIC.to_vec();
         bytes.extend(MotionRecord::item(Item::Start(record.start.clone())));
-        for frame in &record.frames {
-            bytes.extend(MotionRecord::item(Item::Frame(frame.clone())));
+        for item in &record.items {
+            bytes.extend(MotionRecord::item(item.clone()));
         }
         (record, bytes)
     }
@@ -159,7 +176,7 @@ mod tests {
         let (record, bytes) = file();
         for length in 0..bytes.len() {
             match MotionRecord::read(Bytes::copy_from_slice(&bytes[..length])) {
-                Ok(cut) => assert!(record.frames.starts_with(&cut.frames)),
+                Ok(cut) => assert!(record.items.starts_with(&cut.items)),
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         }

@@ -94,6 +94,8 @@ pub(crate) struct Inbox {
     begun: Instant,
     points: usize,
     time_step: f64,
+    /// A point that goes faster from one frame to the next jumped, m/s.
+    leap: f64,
     /// Of DELIVERY_EACH, by stream and sequence: whatever delivery follows, they are taken first.
     waiting: BTreeMap<(u64, u64), Arrival>,
     /// The last one of those that a step took.
@@ -111,6 +113,7 @@ impl Inbox {
         begun: Instant,
         points: usize,
         time_step: f64,
+        leap: f64,
     ) -> (Self, mpsc::Sender<Input>, watch::Receiver<Progress>) {
         // What is in the channel has no order yet, so that it is kept short.
         let (sender, inputs) = mpsc::channel(1);
@@ -120,6 +123,7 @@ impl Inbox {
             begun,
             points,
             time_step,
+            leap,
             waiting: BTreeMap::new(),
             taken: (0, 0),
             live: None,
@@ -154,7 +158,7 @@ impl Inbox {
                 self.live = match delivery {
                     Delivery::Each => None,
                     Delivery::Live { period } => {
-                        Some(Live::new(self.points, period, self.time_step))
+                        Some(Live::new(self.points, period, self.time_step, self.leap))
                     }
                 };
                 self.closing = None;

@@ -1,11 +1,13 @@
 //! The Sinew service: sessions behind gRPC, their Rerun feed and their page, all on one port.
 
 mod assets;
+mod change;
 mod config;
 mod convert;
 mod end;
 mod error;
 mod facts;
+mod given;
 mod http;
 mod inbox;
 mod kernels;

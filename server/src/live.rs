@@ -20,8 +20,6 @@ const MOST: usize = 1024;
 const BYTES: usize = 64 << 20;
 /// Periods between two frames across which points are interpolated: one frame may be lost.
 const GAP: f64 = 2.5;
-/// A point that goes faster from one frame to the next jumped, m/s: what bodies are believed to do in a step by default.
-const LEAP: f64 = 12.0;
 /// A moment this close to a frame is the frame's, in steps: what sums of decimal fractions are off by.
 const ROUNDING: f64 = 1e-6;
 
@@ -53,7 +51,8 @@ impl Live {
     ///
     /// * `points` - in each frame.
     /// * `period`, `time_step` - of the source's frames and of the session's steps, s, > 0.
-    pub(crate) fn new(points: usize, period: f64, time_step: f64) -> Self {
+    /// * `leap` - a point that goes faster from one frame to the next jumped, m/s.
+    pub(crate) fn new(points: usize, period: f64, time_step: f64, leap: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -66,7 +65,7 @@ impl Live {
         Self {
             clock: Clock::default(),
             delay: Delay::default(),
-            buffer: Buffer::new(capacity, GAP * period, LEAP),
+            buffer: Buffer::new(capacity, GAP * period, leap),
             capacity,
             points,
             period,

@@ -4,13 +4,14 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytes::Bytes;
-use sinew_engine::{Frame, Layout, MotionSample};
+use sinew_engine::{Frame, Layout};
 use sinew_proto::v1::{self, Precision, Reals, UnstructuredGrid};
 use tokio::sync::{broadcast, watch};
 
 use crate::{
     end::End,
     facts::{self, EventLog, Trimmed, Turn, TurnLog},
+    given::Inputs,
     pack,
     timing::{StepTiming, now_nanos},
 };
@@ -18,16 +19,6 @@ use crate::{
 /// Frames a subscriber may lag behind before it misses some: enough for a keyframe's transmission,
 /// little enough that it never sees old news.
 const LAG: usize = 8;
-
-/// Steps that a recorder may lag behind before it is too slow: two seconds of the fastest capture.
-const RECORD_LAG: usize = 1024;
-
-/// What a step was given.
-#[derive(Clone, Debug)]
-pub(crate) struct Given {
-    pub(crate) step: u64,
-    pub(crate) sample: Arc<MotionSample>,
-}
 
 /// A frame on its way out. Subscribers share its packed forms.
 #[derive(Debug)]
@@ -107,7 +98,8 @@ struct Facts {
 pub(crate) struct Outlets {
     latest: watch::Sender<Arc<Published>>,
     recent: broadcast::Sender<Arc<Published>>,
-    given: broadcast::Sender<Given>,
+    /// What the session is given.
+    pub(crate) inputs: Inputs,
     /// Why it will be over after the step under way, where someone decided so.
     ending: OnceLock<End>,
     end: watch::Sender<Option<End>>,
@@ -130,7 +122,7 @@ impl Outlets {
         Self {
             latest: watch::Sender::new(first),
             recent: broadcast::Sender::new(LAG),
-            given: broadcast::Sender::new(RECORD_LAG),
+            inputs: Inputs::default(),
             ending: OnceLock::new(),
             end: watch::Sender::new(None),
             facts: Mutex::default(),
@@ -144,16 +136,6 @@ impl Outlets {
         let published = Published::new(frame, timing, event_sequence);
         self.latest.send_replace(Arc::clone(&published));
         self.recent.send(published).ok(); // without subscribers nobody takes it
-    }
-
-    /// Gives out what a step was given. Never waits.
-    pub(crate) fn record(&self, given: Given) {
-        self.given.send(given).ok(); // without recorders nobody takes it
-    }
-
-    /// What steps are given from now on.
-    pub(crate) fn given(&self) -> broadcast::Receiver<Given> {
-        self.given.subscribe()
     }
 
     /// Logs a step's facts; the sequence of the last event.

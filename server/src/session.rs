@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use sinew_engine::{Bound, EditError, Edited, Explanation, Frame, Request, Rest, StepError, World};
+use sinew_engine::{EditError, Edited, Explanation, Frame, Rest, StepError, World};
 use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
@@ -13,12 +13,14 @@ use tokio::{
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use crate::{
+    change::{Edit, Effect, Remap},
     end::{End, Fault},
     error::{ServiceError, invalid},
+    given,
     inbox::{Arrival, Due, Inbox, Input, Progress},
     kernels::Kernels,
     metrics::Metrics,
-    outlets::{Given, Outlets},
+    outlets::Outlets,
     timing::{StepTiming, now_nanos},
 };
 
@@ -41,6 +43,8 @@ pub(crate) struct Report {
     pub(crate) digest: u128,
     pub(crate) mapping: Arc<v1::Mapping>,
     pub(crate) rest: Arc<Rest>,
+    /// Inputs that led here.
+    pub(crate) inputs: u64,
 }
 
 /// What is asked of a session, and where the answer goes.
@@ -59,13 +63,6 @@ enum Command {
     },
 }
 
-/// A change of the mesh that a client asks for.
-pub(crate) struct Edit {
-    pub(crate) requests: Vec<Request>,
-    /// The topology version that it was made for; refused where that stands no more.
-    pub(crate) expected: Option<u64>,
-}
-
 type Reply<T> = oneshot::Sender<Result<T, ServiceError>>;
 
 #[derive(Debug)]
@@ -75,25 +72,6 @@ pub(crate) enum Wish {
     Pause,
     Step { steps: u32, expected: Option<u64> },
     Remap(Box<Remap>),
-}
-
-/// A new mapping.
-#[derive(Debug)]
-pub(crate) struct Remap {
-    /// The one that it was made from; refused where that stands no more.
-    pub(crate) base: Arc<v1::Mapping>,
-    pub(crate) mapping: Arc<v1::Mapping>,
-    /// The same, bound to the session's rest pose.
-    pub(crate) bound: Bound,
-    pub(crate) blend_seconds: f64,
-    pub(crate) effect: Effect,
-}
-
-/// Whether a change is made or only checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effect {
-    Made,
-    Checked,
 }
 
 /// How a session reaches its steps.
@@ -133,8 +111,12 @@ impl Handle {
         let outlets = Arc::new(Outlets::new(world.frame()));
         let (inbox, commands) = mpsc::channel(COMMANDS);
         let begun = Instant::now();
-        let (motion_inbox, motion, progress) =
-            Inbox::new(begun, world.point_count(), world.time_step());
+        let (motion_inbox, motion, progress) = Inbox::new(
+            begun,
+            world.point_count(),
+            world.time_step(),
+            world.max_speed_change(),
+        );
         let handle = Self {
             inbox,
             motion,
@@ -324,13 +306,21 @@ impl Actor {
         });
         admitted.await.ok_or_else(|| self.lost())??;
         if effect == Effect::Made {
-            self.mapping = mapping;
+            self.mapping = Arc::clone(&mapping);
+            self.outlets.inputs.record(given::Input::Mapping {
+                mapping,
+                blend_seconds,
+            });
         }
         Ok(())
     }
 
     async fn edit(&mut self, edit: Edit) -> Result<Edited, ServiceError> {
-        let Edit { requests, expected } = edit;
+        let Edit {
+            requests,
+            sent,
+            expected,
+        } = edit;
         let actual = self.last.layout.topology_version;
         if let Some(expected) = expected.filter(|expected| *expected != actual) {
             return Err(ServiceError::TopologyMismatch { expected, actual });
@@ -339,6 +329,7 @@ impl Actor {
         let edited = self.lend(move |world| world.edit(requests)).await;
         match edited.ok_or_else(|| self.lost())? {
             Ok(edited) => {
+                self.outlets.inputs.record(given::Input::Edits(sent));
                 if let Some(frame) = &edited.frame {
                     self.give_out(Arc::clone(frame), 0, started);
                 }
@@ -407,7 +398,9 @@ impl Actor {
         };
         if let Some(sample) = given {
             let step = frame.step;
-            self.outlets.record(Given { step, sample });
+            self.outlets
+                .inputs
+                .record(given::Input::Motion { step, sample });
         }
         let timing = self.give_out(Arc::clone(&frame), received, started);
         self.metrics.stepped(timing, &frame);
@@ -474,6 +467,7 @@ impl Actor {
             digest: self.last_digest,
             mapping: Arc::clone(&self.mapping),
             rest: Arc::clone(&self.rest),
+            inputs: self.outlets.inputs.count(),
         }
     }
 }

@@ -15,6 +15,7 @@ mod motion;
 mod motion_door;
 mod motion_live;
 mod particles;
+mod record;
 mod refusals;
 mod remap;
 mod shutdown;

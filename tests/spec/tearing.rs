@@ -14,7 +14,7 @@ fn brittle(cubes: usize) -> Scene {
     brittle_within(scenes::block(POINTS, cubes, scenes::Rule::Mean))
 }
 
-fn brittle_within(scene: Scene) -> Scene {
+pub(crate) fn brittle_within(scene: Scene) -> Scene {
     let rule = r#"[{"measure": {"edges": {}}, "threshold": 0.2, "action": {"open": {}}}]"#;
     Scene {
         rules: serde_json::from_str(rule).unwrap(),

@@ -265,6 +265,14 @@ impl World {
         self.frame.points.len()
     }
 
+    /// The greatest change of speed from one step to the next that is believed of a point that others move, m/s.
+    pub fn max_speed_change(&self) -> f64 {
+        match &self.source {
+            Source::External(tracker) => tracker.settings().max_speed_change,
+            Source::Particles(_) => f64::INFINITY,
+        }
+    }
+
     /// Simulated time of one step, s.
     pub fn time_step(&self) -> f64 {
         self.time_step

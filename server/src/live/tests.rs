@@ -7,6 +7,8 @@ use super::*;
 /// Of frames and of steps, Hz.
 const RATE: f64 = 120.0;
 const STEP: f64 = 1.0 / 100.0;
+/// Faster than the point, m/s.
+const LEAP: f64 = 12.0;
 /// What the session's clock shows when the source's shows 0, s.
 const OFFSET: f64 = 73.25;
 
@@ -114,7 +116,7 @@ fn play(live: &mut Live, mut said: VecDeque<(f64, Said)>) -> Vec<(f64, MotionSam
 }
 
 fn live() -> Live {
-    Live::new(1, 1.0 / RATE, STEP)
+    Live::new(1, 1.0 / RATE, STEP, LEAP)
 }
 
 #[test]
@@ -246,4 +248,24 @@ fn a_closed_stream_is_played_to_its_last_frame_and_no_further() {
     // 12 frames apart at 120 Hz are 0.1 s.
     assert_eq!(steps, 11);
     assert!(live.is_over());
+}
+
+#[test]
+fn how_fast_a_point_is_believed_to_be_says_what_is_a_jump() {
+    for (leap, between) in [(12.0, 0.0), (f64::INFINITY, 0.4)] {
+        let mut live = Live::new(1, 1.0 / RATE, STEP, leap);
+        for sequence in 0..4 {
+            let mut sample = sample(sequence);
+            sample.positions[0].x = sequence as f64; // 120 m/s
+            live.frame(arrival(sample, 0.0));
+        }
+        let first = live.take(None).unwrap();
+        let second = live.take(None).unwrap(); // 1.2 frames later
+        assert_eq!(first.sample.positions[0].x, 0.0);
+        let x = second.sample.positions[0].x;
+        assert!(
+            (x - (1.0 + between / 2.0)).abs() < 1e-9,
+            "{x} for {leap} m/s"
+        );
+    }
 }

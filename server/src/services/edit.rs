@@ -1,14 +1,17 @@
 //! SessionService's EditMesh.
 
+use std::sync::Arc;
+
 use sinew_engine::{Answer, Done, Facet, Request};
 use sinew_proto::v1::{self, Indices, edit_outcome::Result as Outcome, mesh_edit::Kind};
 
 use super::{Shared, session::digest};
 use crate::{
+    change::Edit,
     convert,
     error::{ServiceError, invalid},
     pack,
-    session::{Edit, Wish},
+    session::Wish,
 };
 
 impl Shared {
@@ -26,10 +29,18 @@ impl Shared {
             let remedy = "give one edit at least";
             return Err(invalid("FIELD_MISSING", "edits", "is empty", remedy));
         }
+        let sent = Arc::from(edits.clone());
         let requests =
             (edits.into_iter().enumerate()).map(|(i, edit)| read(i, edit, &entry.labels));
         let requests = requests.collect::<Result<_, _>>()?;
-        let edited = entry.handle.edit(Edit { requests, expected }).await?;
+        let edited = entry
+            .handle
+            .edit(Edit {
+                requests,
+                sent,
+                expected,
+            })
+            .await?;
         let change = edited.frame.and_then(|frame| frame.change.clone());
         let patch = change.as_ref().and_then(|change| change.patch.as_ref());
         let report = entry.handle.ask(Wish::Describe).await?;

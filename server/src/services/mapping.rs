@@ -13,10 +13,11 @@ use super::{
     session::{count, describe},
 };
 use crate::{
+    change::{Effect, Remap},
     convert,
     error::{ServiceError, invalid},
     registry::Entry,
-    session::{Effect, Remap, Wish},
+    session::Wish,
 };
 
 /// Hash of a mapping, by which a client says which one it changes.

@@ -303,6 +303,7 @@ pub(super) async fn describe(entry: &Entry, wish: Wish) -> Result<v1::Session, S
         digest: hash,
         mapping,
         rest: _,
+        inputs: _,
     } = entry.handle.ask(wish).await?;
     let (state, fault) = match activity {
         Activity::Paused => (v1::SessionState::Paused, None),

@@ -1,8 +1,9 @@
-//! RecordMotion: what steps were given, none left out.
+//! RecordMotion: what a session was given, nothing left out.
 
 use std::{pin::Pin, sync::Arc};
 
 use futures::{Stream, stream};
+use sinew_engine::MotionSample;
 use sinew_proto::v1::{self, Precision, Reals, record_motion_response::Item};
 use tokio::sync::{
     broadcast::{self, error::RecvError},
@@ -11,7 +12,13 @@ use tokio::sync::{
 use tonic::Status;
 
 use super::super::session::digest;
-use crate::{end::End, error::ServiceError, outlets::Given, registry::Entry, session::Wish};
+use crate::{
+    end::End,
+    error::ServiceError,
+    given::{Given, Input},
+    registry::Entry,
+    session::Wish,
+};
 
 pub(super) type Records =
     Pin<Box<dyn Stream<Item = Result<v1::RecordMotionResponse, Status>> + Send>>;
@@ -21,8 +28,8 @@ pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> 
     if !entry.external {
         return Err(ServiceError::MotionNotExternal);
     }
-    // First listen, then ask: no step falls between.
-    let given = entry.handle.outlets.given();
+    // First listen, then ask: nothing falls between.
+    let given = entry.handle.outlets.inputs.listen();
     let (_, end) = entry.handle.outlets.subscribe();
     let report = entry.handle.ask(Wish::Describe).await?;
     let start = v1::RecordStart {
@@ -32,7 +39,7 @@ pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> 
         time_step_seconds: entry.time_step,
     };
     let recorder = Recorder {
-        after: report.frame.step,
+        after: report.inputs,
         given,
         end,
     };
@@ -46,7 +53,7 @@ pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> 
 }
 
 struct Recorder {
-    /// The last step that is not in the record.
+    /// The last input that is not in the record, by its number.
     after: u64,
     given: broadcast::Receiver<Given>,
     end: watch::Receiver<Option<End>>,
@@ -61,8 +68,8 @@ impl Recorder {
                 _ = self.end.wait_for(Option::is_some) => return None,
             };
             match given {
-                Ok(given) if given.step <= self.after => {}
-                Ok(given) => return Some((Ok(Item::Frame(frame(&given))), Some(self))),
+                Ok(given) if given.number <= self.after => {}
+                Ok(Given { input, .. }) => return Some((Ok(item(&input)), Some(self))),
                 Err(RecvError::Lagged(_)) => {
                     return Some((Err(ServiceError::SubscriberTooSlow), None));
                 }
@@ -72,13 +79,29 @@ impl Recorder {
     }
 }
 
-fn frame(Given { step, sample }: &Given) -> v1::MotionFrame {
+fn item(input: &Input) -> Item {
+    match input {
+        Input::Motion { step, sample } => Item::Frame(frame(*step, sample)),
+        Input::Mapping {
+            mapping,
+            blend_seconds,
+        } => Item::Mapping(v1::RecordedMapping {
+            mapping: Some(v1::Mapping::clone(mapping)),
+            blend_seconds: *blend_seconds,
+        }),
+        Input::Edits(edits) => Item::Edits(v1::RecordedEdits {
+            edits: edits.to_vec(),
+        }),
+    }
+}
+
+fn frame(step: u64, sample: &MotionSample) -> v1::MotionFrame {
     let flags = match sample.seen.iter().all(|seen| *seen) {
         true => bytes::Bytes::new(),
         false => sample.seen.iter().map(|seen| u8::from(!seen)).collect(),
     };
     v1::MotionFrame {
-        sequence: *step,
+        sequence: step,
         capture_time_seconds: sample.time,
         positions: Some(Reals::pack(
             bytemuck::cast_slice(&sample.positions),
