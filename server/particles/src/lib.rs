@@ -51,6 +51,7 @@ mod solid;
 mod spec;
 mod state;
 mod stepping;
+mod surface;
 mod system;
 mod track;
 
@@ -66,5 +67,6 @@ pub use solid::{
     Dimension, Integration, Material, MaterialLaw, Metric, Reach, Solid, SolidReport, SolidSpec,
 };
 pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
+pub use surface::{Surface, surface};
 pub use system::System;
 pub use track::Track;

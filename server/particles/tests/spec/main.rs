@@ -14,6 +14,7 @@ mod refusals;
 mod rotation;
 mod society;
 mod solid;
+mod surfaces;
 mod threads;
 
 use nalgebra::Vector3;
