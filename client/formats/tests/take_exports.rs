@@ -264,3 +264,17 @@ fn the_shared_files_hold_what_their_manifest_counts() {
     );
     assert!(forces.unwrap_err().to_string().contains("hold points"));
 }
+
+#[test]
+fn particles_of_gsd_go_through_walls_by_their_images() {
+    let bytes: &[u8] = include_bytes!("data/take/small_crystal.gsd");
+    let take = take::parse("a.gsd", bytes, &Options::default()).unwrap();
+    assert_eq!((take.frames(), take.labels().len()), (5, 8));
+    assert_eq!(
+        take.frame(3),
+        take.frame(0),
+        "what a frame does not hold is as in the first"
+    );
+    let error = take::parse("a.gsd", &bytes[..600], &Options::default()).unwrap_err();
+    assert!(error.to_string().contains("is cut"), "{error}");
+}

@@ -14,7 +14,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 const BYTES_PER_BYTE: usize = 32;
 const SLACK: usize = 64 * 1024;
 
-const FILES: [(&str, &[u8]); 13] = [
+const FILES: [(&str, &[u8]); 14] = [
     ("a.c3d", include_bytes!("data/take/cmu_02_01.c3d")),
     ("b.c3d", include_bytes!("data/take/momentum_pc_int.c3d")),
     ("c.c3d", include_bytes!("data/take/momentum_dec_real.c3d")),
@@ -34,6 +34,7 @@ const FILES: [(&str, &[u8]); 13] = [
         include_bytes!("data/take/small_melt.lammpstrj"),
     ),
     ("m.xyz", include_bytes!("data/take/small_water.xyz")),
+    ("n.gsd", include_bytes!("data/take/small_crystal.gsd")),
 ];
 
 /// Reads `bytes`, watching the memory that it takes; true if a take came out.

@@ -97,7 +97,7 @@ fn the_captures_in_this_repository_read_as_other_programs_read_them() {
             compared += 1;
         }
     }
-    assert_eq!(compared, 7);
+    assert_eq!(compared, 8);
 }
 
 #[test]

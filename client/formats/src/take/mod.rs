@@ -1,5 +1,5 @@
 //! Motion captures and other recordings: labelled points over time, from C3D, TRC, BVH, MOT and STO, the text exports
-//! of Motive, Vicon Nexus and Qualisys, plain tables, LAMMPS dumps and XYZ.
+//! of Motive, Vicon Nexus and Qualisys, plain tables, LAMMPS dumps, XYZ and GSD.
 //!
 //! [`read`] and [`parse`] give a [`Take`]: positions in metres, one visibility flag per sample, and in
 //! [`Take::warnings`] everything in the file that a careful reader would have frowned at. A file that cannot be
@@ -26,6 +26,7 @@ mod bvh;
 mod c3d;
 mod error;
 mod exports;
+mod gsd;
 mod particles;
 mod recording;
 mod storage;
@@ -58,11 +59,13 @@ pub enum Format {
     Lammps,
     /// XYZ, of many simulators.
     Xyz,
+    /// HOOMD-blue's binary trajectories.
+    Gsd,
 }
 
 impl Format {
     /// Every format, in the order in which help texts list them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::C3d,
         Self::Trc,
         Self::Bvh,
@@ -70,6 +73,7 @@ impl Format {
         Self::Table,
         Self::Lammps,
         Self::Xyz,
+        Self::Gsd,
     ];
 
     /// The file extensions, lower case, without the dot; the first is also the format's short name.
@@ -83,6 +87,7 @@ impl Format {
             Self::Table => &["csv", "tsv"],
             Self::Lammps => &["lammpstrj", "dump"],
             Self::Xyz => &["xyz"],
+            Self::Gsd => &["gsd"],
         }
     }
 
@@ -143,6 +148,7 @@ pub fn parse(name: &str, bytes: &[u8], options: &Options) -> Result<Take, TakeFi
         Format::Table => exports::parse(bytes, options),
         Format::Lammps => particles::lammps(bytes, options),
         Format::Xyz => particles::xyz(bytes, options),
+        Format::Gsd => gsd::parse(bytes, options),
     };
     take.map_err(|Fault { place, problem }| TakeFileError::Malformed {
         name: name.to_owned(),

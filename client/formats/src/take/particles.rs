@@ -13,7 +13,7 @@ use super::{Format, Options, Take};
 const RATE_HZ: f64 = 60.0;
 
 /// A frame's particles by their names: ids, or else their order.
-type Particles = BTreeMap<u64, Vector3<f64>>;
+pub(super) type Particles = BTreeMap<u64, Vector3<f64>>;
 
 /// A reader of lines that knows where it is.
 struct Lines<'a> {
@@ -290,7 +290,7 @@ pub(super) fn xyz(bytes: &[u8], options: &Options) -> Result<Take, Fault> {
     Ok(recorder.finish())
 }
 
-fn record(
+pub(super) fn record(
     frames: &[Particles],
     prefix: &str,
     options: &Options,

@@ -1,9 +1,10 @@
 """Makes reference.json: what programs other than Sinew read in the captures that the tests use.
 
-    pip install numpy==2.* ezc3d==1.7.2 c3d==0.6.0
-    python reference.py SHARED/mocap/*/*.c3d SHARED/mocap/*/*.trc SHARED/mocap/*/*.bvh freebvh_cut.bvh > reference.json
+    pip install numpy==2.* ezc3d==1.7.2 c3d==0.6.0 gsd==5.0.1
+    python reference.py SHARED/mocap/*/*.c3d SHARED/mocap/*/*.trc SHARED/mocap/*/*.bvh freebvh_cut.bvh small_crystal.gsd > reference.json
 
 C3D: ezc3d where it reads the file, else (MIPS) py-c3d. BVH: forward kinematics in numpy. TRC: plain string splitting.
+GSD: gsd, which also wrote the file: eight particles that move in a triclinic box, some through its walls.
 For some frames it lists every few points: [frame, point, [x, y, z]] in metres, null where the point is not seen.
 """
 import json, math, os, sys, warnings
@@ -104,6 +105,17 @@ def by_numpy(path):
         assert at == rows.shape[1]
     return summary("numpy forward kinematics", [n["name"] for n in nodes], float(round(1 / dt)), 0.0, xyz * 0.01)
 
+def by_gsd(path):
+    import gsd.hoomd, gsd.version
+    xyz = []
+    with gsd.hoomd.open(path) as frames:
+        for frame in frames:
+            x, y, z, xy, xz, yz = (float(v) for v in frame.configuration.box)
+            edges = np.array([[x, xy * y, xz * z], [0, y, yz * z], [0, 0, z]])
+            xyz.append(frame.particles.position.astype(float) + frame.particles.image @ edges.T)
+    xyz = np.array(xyz)  # no rate: 60 Hz are assumed
+    return summary("gsd " + gsd.version.version, [f"p{i + 1}" for i in range(xyz.shape[1])], 60.0, 0.0, xyz)
+
 out = {}
 for path in sys.argv[1:]:
     name = os.path.basename(path)
@@ -111,6 +123,8 @@ for path in sys.argv[1:]:
         out[name] = by_split(path)
     elif name.endswith("bvh"):
         out[name] = by_numpy(path)
+    elif name.endswith("gsd"):
+        out[name] = by_gsd(path)
     else:
         try:
             out[name] = by_ezc3d(path)

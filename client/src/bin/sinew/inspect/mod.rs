@@ -19,7 +19,7 @@ use crate::Failure;
   sinew inspect liver.msh --repair liver.vtu   writes it repaired: all cells the right way out, none degenerate")]
 pub(crate) struct Arguments {
     /// A mesh (VTK, VTU, Gmsh, Medit, OBJ, PLY, STL, OFF and others) or a take (C3D, TRC, BVH,
-    /// MOT, STO, the CSV and TSV exports of Motive, Nexus and Qualisys, plain tables, LAMMPS dumps, XYZ).
+    /// MOT, STO, the CSV and TSV exports of Motive, Nexus and Qualisys, plain tables, LAMMPS dumps, XYZ, GSD).
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Print JSON, with all ids.
