@@ -116,6 +116,33 @@ fn degenerate_sets_follow_a_translation_and_stay_finite_in_any_motion() {
 }
 
 #[test]
+fn what_is_as_far_from_all_of_five_thousand_points_follows_their_mean() {
+    let golden = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
+    let sphere = |i: u32| {
+        let (height, angle) = (f64::from(i) / 2500.0 - 0.9998, golden * f64::from(i));
+        let radius = (1.0 - height * height).sqrt();
+        Vector3::new(radius * angle.cos(), radius * angle.sin(), height)
+    };
+    let rest: Vec<_> = (0..5000).map(sphere).collect();
+    let vertices = [Vector3::zeros(), Vector3::new(0.2, 0.1, -0.3)];
+    let bend = |p: &Vector3<f64>| p + Vector3::new(p.y * p.z, p.x * p.x, 0.1 * p.z);
+    let now: Vec<_> = rest.iter().map(bend).collect();
+    let moves = rest.iter().zip(&now).map(|(p, q)| q - p);
+    let mean = moves.sum::<Vector3<f64>>() / 5000.0;
+    let weighted = posed(Rule::WeightedMean, &vertices, &rest, &now);
+    assert!((weighted[0] - mean).norm() < 1e-12);
+    let shift = Vector3::new(0.4, -1.0, 2.0);
+    let moved: Vec<_> = rest.iter().map(|p| p + shift).collect();
+    for rule in rules() {
+        if !matches!(rule, Rule::RadialBasis(_)) {
+            for (x, x0) in posed(rule, &vertices, &rest, &moved).iter().zip(&vertices) {
+                assert!((x - x0 - shift).norm() < 1e-9, "{rule:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn points_in_a_plane_do_not_flatten_what_is_around_them() {
     let [.., plane, _, _] = degenerate();
     let turn = Rotation3::from_euler_angles(0.3, 2.0, -1.0);
