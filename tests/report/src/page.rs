@@ -29,7 +29,7 @@ pub(crate) fn page(sections: &[Measured]) -> Markup {
             body {
                 h1 { "Sinew: speed against error" }
                 p {
-                    "Measured through the engine’s public face on " (threads()) " cores. Times are medians with their quartiles; "
+                    "Measured through the engine’s public face on " (threads()) " cores. Times are those for which the processor was kept, medians with their quartiles; "
                     "what is compared was run by turns in one run, and a ratio is the median of the rounds’ ratios. "
                     span.noisy { "≈" } " marks a median whose quartiles lie more than a quarter apart: repeat it on a quiet machine. "
                     "All numbers, unrounded: " a href="report.json" { "report.json" } "."

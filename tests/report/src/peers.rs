@@ -10,6 +10,7 @@ use std::{
 
 use nalgebra::Vector3;
 use serde::Deserialize;
+use sinew_mesh::{Cell, CellType, Grid};
 
 use crate::section::Failure;
 
@@ -24,11 +25,15 @@ pub(crate) struct Peers {
 /// What a peer says of one measurement.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Figure {
+    /// What was measured.
+    pub(crate) item: String,
     /// What of: sizes and variants, separated by `/`.
     pub(crate) n: String,
     pub(crate) peer: String,
     pub(crate) version: String,
-    pub(crate) seconds_median: f64,
+    /// For which it kept the processor, the median.
+    #[serde(rename = "user_median")]
+    pub(crate) seconds: f64,
     #[serde(default)]
     pub(crate) error_metric: Option<serde_json::Value>,
 }
@@ -95,6 +100,44 @@ impl Peers {
             return Err(format!("{} ends within a position", path.display()).into());
         }
         Ok(positions.iter().map(|p| Vector3::from(*p)).collect())
+    }
+}
+
+impl Peers {
+    /// A mesh of tetrahedra in the peers' `data`.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub(crate) fn tetrahedra(&self, folder: &str) -> Result<Grid, Failure> {
+        let mut grid = Grid {
+            positions: self.positions(&format!("{folder}/points.f64"))?,
+            ..Grid::default()
+        };
+        for vertices in self
+            .indices(&format!("{folder}/tets.i32"))?
+            .as_chunks::<4>()
+            .0
+        {
+            grid.cells.push(Cell {
+                kind: CellType::Tetrahedron,
+                vertices,
+                face_stream: &[],
+            });
+        }
+        Ok(grid)
+    }
+
+    /// Reads indices from a file of little-endian i32 in the peers' `data`.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub(crate) fn indices(&self, name: &str) -> Result<Vec<u32>, Failure> {
+        let bytes = read(&self.folder.join("data").join(name))?;
+        let (numbers, _) = bytes.as_chunks::<4>();
+        Ok(numbers
+            .iter()
+            .map(|bytes| u32::from_le_bytes(*bytes))
+            .collect())
     }
 }
 

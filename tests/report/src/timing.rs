@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use serde::Serialize;
 
 /// Rounds at most: beyond, a median hardly changes.
@@ -73,9 +74,10 @@ pub(crate) fn by_turns(budget: f64, contenders: &mut [&mut dyn FnMut()]) -> Vec<
     seconds
 }
 
-/// Seconds that some work takes.
+/// Seconds for which some work keeps the processor: what other programs take meanwhile does not count. On the threads of a
+/// pool of more than one only what this thread does is seen.
 pub(crate) fn time(work: impl FnOnce()) -> f64 {
-    let start = Instant::now();
+    let start = ThreadTime::now();
     work();
     start.elapsed().as_secs_f64()
 }

@@ -1,10 +1,12 @@
 //! Weights along paths over the mesh, beside straight ones.
 
+use nalgebra::Vector3;
 use sinew_engine::{Cost, Dimension, Filter, Metric, Paths, Roots, Rule, Start, Weighting};
 use sinew_mesh::{Grid, shapes};
 
 use crate::{
     fields::scattered,
+    peers::Peers,
     section::{Cell, Failure, Findings, Section, Table},
     timing::{Spread, by_turns, with_threads},
     worlds::{self, build},
@@ -78,7 +80,75 @@ fn measure() -> Result<Findings, Failure> {
         table.row(row);
     }
     findings.table(table);
+    beside_peers(&mut findings)?;
     Ok(findings)
+}
+
+/// The peers' meshes, in their order and in any, with the paths of 8 points.
+fn beside_peers(findings: &mut Findings) -> Result<(), Failure> {
+    let peers = match Peers::find() {
+        Ok(peers) => peers,
+        Err(absent) => {
+            findings.text(absent);
+            return Ok(());
+        }
+    };
+    findings.text(
+        "Beside other libraries: 8 sources on the same meshes, arcs by length, one thread. Theirs is the flood alone, of a graph \
+         that they are given; ours the whole binding: arcs, roots, floods, filter and weights. `perm` has vertices and cells in \
+         random order.",
+    );
+    let tags = ["100k", "100k_perm"];
+    let only = [("PEERS", "scipy"), ("REPS", "3")];
+    let figures = peers.python("1_flood/run8.py", &tags, &only)?;
+    let columns = ["mesh, nodes", "who", "ms", "over ours"];
+    let mut table = Table::new("Floods of 8 sources", columns);
+    for tag in tags {
+        let folder = format!("mesh_{tag}");
+        let grid = peers.tetrahedra(&folder)?;
+        let corners = peers.indices(&format!("{folder}/tets.i32"))?;
+        let middle = |cell: u32| {
+            let corners = &corners.as_chunks::<4>().0[cell as usize];
+            let corners = corners.iter().map(|&v| grid.positions[v as usize]);
+            corners.sum::<Vector3<f64>>() / 4.0
+        };
+        for (name, targets, arcs) in [
+            ("prim", Dimension::Vertex, Dimension::Edge),
+            ("dual", Dimension::Volume, Dimension::Face),
+        ] {
+            let seeds = peers.indices(&format!("{folder}/seeds_{name}8.i32"))?;
+            let place = |&seed: &u32| match targets {
+                Dimension::Volume => middle(seed),
+                Dimension::Vertex | Dimension::Edge | Dimension::Face => {
+                    grid.positions[seed as usize]
+                }
+            };
+            let points: Vec<_> = seeds.iter().map(place).collect();
+            let weighting = along(targets, arcs, Cost::Length);
+            let ours = with_threads(1, || bind_grid(grid.clone(), &weighting, &points, 8))?;
+            let what = format!("{tag}, {name}");
+            table.row([
+                what.clone().into(),
+                "Sinew".into(),
+                ours.times(1e3).into(),
+                "".into(),
+            ]);
+            let start = format!("{tag}/{name}/K8/");
+            let all = figures
+                .iter()
+                .filter(|f| f.n.starts_with(&start) && f.item == "1_flood_all_euclid");
+            for figure in all {
+                table.row([
+                    what.clone().into(),
+                    format!("{} {}", figure.peer, figure.version).into(),
+                    (1e3 * figure.seconds).into(),
+                    (figure.seconds / ours.median).into(),
+                ]);
+            }
+        }
+    }
+    findings.table(table);
+    Ok(())
 }
 
 pub(crate) fn tetrahedra() -> Grid {
@@ -86,8 +156,17 @@ pub(crate) fn tetrahedra() -> Grid {
 }
 
 pub(crate) fn bind(weighting: &Weighting, points: usize, kept: usize) -> Result<Spread, Failure> {
+    bind_grid(tetrahedra(), weighting, &scattered(points), kept)
+}
+
+fn bind_grid(
+    grid: Grid,
+    weighting: &Weighting,
+    points: &[Vector3<f64>],
+    kept: usize,
+) -> Result<Spread, Failure> {
     let mapping = worlds::by(weighting.clone(), Filter::KeepK(kept), Rule::WeightedMean);
-    let rest = build(tetrahedra(), &scattered(points), mapping.clone())?.rest();
+    let rest = build(grid, points, mapping.clone())?.rest();
     let mut bind = || drop(rest.bind(mapping.clone()));
     Ok(Spread::of(&by_turns(BUDGET, &mut [&mut bind])[0]))
 }

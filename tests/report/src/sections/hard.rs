@@ -65,9 +65,9 @@ const CASES: [Case; 13] = [
     ),
     ("5,000 points, weighted mean of 8", "translates", many),
     (
-        "5,000 points, one interpolation",
+        "5,001 points, one interpolation",
         "refused, with the most there may be",
-        || refused(&scattered(5000), cubic(), usize::MAX),
+        || refused(&scattered(5001), cubic(), usize::MAX),
     ),
     (
         "a vertex equally far from 8 points, direct",

@@ -1,6 +1,7 @@
 //! The sections, in the order of the page.
 
 mod drift;
+mod fits;
 mod flood;
 mod hard;
 mod mapping;
@@ -13,10 +14,11 @@ mod topology;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 10] = [
+pub(crate) const ALL: [Section; 11] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
+    fits::SECTION,
     flood::SECTION,
     hard::SECTION,
     drift::SECTION,

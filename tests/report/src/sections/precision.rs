@@ -7,6 +7,7 @@ use sinew_mesh::shapes;
 
 use crate::{
     fields::{TWIST, scattered},
+    peers::{Peers, error_of},
     section::{Cell, Failure, Findings, Section, Table},
     timing::{Spread, by_turns, with_threads},
     worlds::{self, build, move_to, moved},
@@ -30,9 +31,11 @@ fn measure() -> Result<Findings, Failure> {
     findings.text(
         "The engine computes in f64 throughout and sends f32, or f64 where asked. The two loops are no part of it: they are \
          the weighted mean of the same points and weights written plainly in either precision, to show what an engine in \
-         single precision could gain here, and what it would lose far from the origin.",
+         single precision could gain here, and what it would lose far from the origin. The triad (a = b + s c, as in STREAM) \
+         moves as many bytes as the engine’s step: no loop over them is faster.",
     );
     findings.table(with_threads(1, times)?);
+    beside_peers(&mut findings)?;
     findings.table(with_threads(1, far)?);
     Ok(findings)
 }
@@ -95,12 +98,21 @@ fn times() -> Result<Table, Failure> {
         .map(|(p, p0)| (p - p0).into())
         .collect();
     let narrow_moves: Vec<[f32; 3]> = moves.iter().map(|by| by.map(narrow)).collect();
+    // 8 weights of 8 bytes and indices of 4, and a position read and one written.
+    let third = (KEPT * 12 + 48) * start.vertices.len() / 24;
+    let mut triad = [vec![0.0; third], vec![1.0; third], vec![2.0; third]];
     let seconds = by_turns(
         BUDGET,
         &mut [
             &mut || drop(move_to(&mut world, &now)),
             &mut || double.run(&moves),
             &mut || single.run(&narrow_moves),
+            &mut || {
+                let [a, b, c] = &mut triad;
+                for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                    *a = *b + black_box(0.5) * *c;
+                }
+            },
         ],
     );
     let truth = &world.frame().vertices;
@@ -108,6 +120,7 @@ fn times() -> Result<Table, Failure> {
         ("the engine’s step, f64", 0.0),
         ("a plain loop, f64", worst(truth, &double.out)),
         ("a plain loop, f32", worst(truth, &widened(&single.out))),
+        ("triad", 0.0),
     ];
     let title = "Weighted mean, 1,000,000 vertices, 8 points each, one thread";
     let columns = [
@@ -126,6 +139,36 @@ fn times() -> Result<Table, Failure> {
         ]);
     }
     Ok(table)
+}
+
+/// Sparse matrices and compiled loops of others on as many vertices and points per vertex.
+fn beside_peers(findings: &mut Findings) -> Result<(), Failure> {
+    let peers = match Peers::find() {
+        Ok(peers) => peers,
+        Err(absent) => {
+            findings.text(absent);
+            return Ok(());
+        }
+    };
+    let figures = peers.python("4_blend/run.py", &[], &[("TH", "1")])?;
+    let columns = [
+        "points, precision",
+        "who",
+        "ns per vertex",
+        "largest error, m",
+    ];
+    let mut table = Table::new("The same sizes by others, just after, one thread", columns);
+    for figure in figures {
+        let error = error_of(&figure, "max_abs").map_or("not told".into(), Cell::from);
+        table.row([
+            figure.n.into(),
+            format!("{} {}", figure.peer, figure.version).into(),
+            (1e3 * figure.seconds).into(),
+            error,
+        ]);
+    }
+    findings.table(table);
+    Ok(())
 }
 
 /// How far f32 is from f64 on a mesh of 1 m that stands elsewhere.
