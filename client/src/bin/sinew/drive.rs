@@ -17,6 +17,8 @@ use crate::{
     watch::ended,
 };
 
+/// Tears named in the report.
+const TEARS: usize = 3;
 /// Simulated time of a run that nobody limits and no take ends, s.
 const DEFAULT_SECONDS: f64 = 10.0;
 
@@ -47,7 +49,15 @@ pub(crate) struct Report {
     /// `None` where it was to be as fast as could be.
     asked_hz: Option<f64>,
     held_hz: f64,
+    tears: Vec<Tear>,
     latencies: Latencies,
+}
+
+/// The mesh came apart.
+struct Tear {
+    /// Simulated time, s.
+    at: f64,
+    faces: u32,
 }
 
 /// Creates the session, paused, and subscribes, so that no frame is missed.
@@ -162,6 +172,7 @@ impl Posted {
                 Speed::Unpaced => None,
             },
             held_hz: arrivals.rate().unwrap_or(0.0),
+            tears: arrivals.tears,
             latencies: arrivals.latencies,
         })
     }
@@ -221,6 +232,7 @@ struct Arrivals {
     received: u64,
     first: Option<(u64, Instant)>,
     last: Option<(u64, Instant)>,
+    tears: Vec<Tear>,
     latencies: Latencies,
 }
 
@@ -236,7 +248,11 @@ impl Arrivals {
             Some(Update::Patch(TopologyPatch {
                 frame: Some(frame), ..
             })) if frame.vertices.is_some() => frame,
-            Some(Update::Patch(_) | Update::Events(_)) => return Ok(()),
+            Some(Update::Events(events)) => {
+                self.tears.extend(events.iter().filter_map(tear));
+                return Ok(());
+            }
+            Some(Update::Patch(_)) => return Ok(()),
             Some(Update::Goodbye(goodbye)) => {
                 return Err(format!("{} before the run was over", ended(goodbye.reason())).into());
             }
@@ -293,9 +309,25 @@ impl Report {
             table.row(["  asked", &format!("{asked:.1} Hz")]);
         }
         table.row(["  held", &format!("{:.1} Hz", self.held_hz)]);
+        if !self.tears.is_empty() {
+            table.row(["tears", &count(self.tears.len() as u64)]);
+        }
+        for Tear { at, faces } in self.tears.iter().take(TEARS) {
+            table.row([&*format!("  at {at:.2} s"), &format!("{faces} faces")]);
+        }
         table.row(["latency", "p50", "p99"]);
         self.latencies.rows(&mut table);
         table
+    }
+}
+
+fn tear(event: &v1::Event) -> Option<Tear> {
+    match event.kind {
+        Some(v1::event::Kind::Torn(torn)) => Some(Tear {
+            at: event.time_seconds,
+            faces: torn.faces,
+        }),
+        _ => None,
     }
 }
 
@@ -312,6 +344,7 @@ mod tests {
             dropped: 4,
             asked_hz: Some(120.0),
             held_hz: 119.96,
+            tears: Vec::new(),
             latencies: Latencies::default(),
         };
         assert_eq!(
@@ -322,6 +355,20 @@ mod tests {
         (report.sent, report.asked_hz) = (None, None);
         let text = report.table().to_string();
         assert!(!text.contains("sent") && !text.contains("asked"), "{text}");
+        assert!(!text.contains("tears"), "{text}");
+        let torn = |at| Tear { at, faces: 107 };
+        report.tears = vec![torn(3.308), torn(4.0), torn(5.0), torn(6.0)];
+        let text = report.table().to_string();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let told = ["tears", "4", "at", "3.31", "s", "107", "faces"];
+        assert!(
+            words.windows(told.len()).any(|seven| seven == told),
+            "{text}"
+        );
+        assert!(
+            text.contains("5.00 s") && !text.contains("6.00 s"),
+            "{text}"
+        );
     }
 
     #[test]
