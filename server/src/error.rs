@@ -105,6 +105,11 @@ impl From<RemapError> for ServiceError {
                 field: "blend_seconds".to_owned(),
                 message: error.to_string(),
             }),
+            RemapError::Straight => Self::Invalid(SceneError {
+                reason: "RULE_UNFIT",
+                field: "mapping.weighting".to_owned(),
+                message: error.to_string(),
+            }),
             RemapError::Blending { .. } => Self::MappingBlending(error),
             RemapError::Outdated => Self::MeshChanged,
         }

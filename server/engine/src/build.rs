@@ -78,8 +78,11 @@ impl World {
             dominant: bound.binding.dominant().to_vec(),
             cells,
         });
-        let rules = (!rules.is_empty())
-            .then(|| Rules::new(rules, &rest, &bound.scale(&layout.cells, &rest)).map(Box::new));
+        let rules = (!rules.is_empty()).then(|| {
+            let scale = bound.scale(&layout.cells, &rest);
+            let weighting = &bound.mapping.recipe.weighting;
+            Rules::new(rules, &rest, &scale, weighting).map(Box::new)
+        });
         let rules = rules.transpose()?;
         let frame = Frame {
             layout: Arc::clone(&layout),

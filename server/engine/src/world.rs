@@ -54,6 +54,11 @@ pub enum RemapError {
         /// Simulated time of its end, s.
         until: f64,
     },
+    /// A rule tears between points, and the mapping would not show it.
+    #[error(
+        "weighs points by straight distances, which lead through a tear, and a rule of the scene separates points; keep a flood"
+    )]
+    Straight,
     /// The topology of the mesh changed since the mapping was bound.
     #[error("the mesh changed meanwhile; bind the mapping to its rest pose as it is now")]
     Outdated,
@@ -174,12 +179,20 @@ impl World {
     /// mappings are posed. `[M12]` Shape matching starts from no rotation, as in a new world.
     ///
     /// # Errors
-    /// As [`World::may_remap`], and where `bound` is bound to another rest pose than [`World::rest`]; nothing is changed
-    /// then.
+    /// As [`World::may_remap`], where `bound` is bound to another rest pose than [`World::rest`], and where a rule separates
+    /// points and `bound` knows no paths; nothing is changed then.
     pub fn remap(&mut self, bound: Bound, blend_seconds: f64) -> Result<(), RemapError> {
         self.may_remap(blend_seconds)?;
         if bound.version != self.rest.version {
             return Err(RemapError::Outdated);
+        }
+        let metric = &bound.mapping.recipe.weighting.metric;
+        if self
+            .rules
+            .as_ref()
+            .is_some_and(|rules| rules.cannot_show(metric))
+        {
+            return Err(RemapError::Straight);
         }
         let dominant = bound.binding.dominant().to_vec();
         let Layout {

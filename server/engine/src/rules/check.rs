@@ -11,7 +11,7 @@ use crate::{
     gauge::{CellGauge, FitGauge, GapGauge, Gauge, Kind, Latch, PairGauge, Scale},
     rest::Rest,
     rule::{Action, Limits, Measure, Pairs, Strain, TopologyRule},
-    scene::SceneError,
+    scene::{Metric, SceneError, Weighting},
 };
 
 /// Most pairs of points that one rule watches.
@@ -21,13 +21,24 @@ const PAIRS: usize = 1 << 20;
 pub(super) struct Check<'a> {
     rest: &'a Rest,
     scale: &'a Scale<'a>,
+    /// Whether the mapping weighs along paths, which end where the mesh has come apart.
+    floods: bool,
     field: String,
 }
 
 impl<'a> Check<'a> {
-    pub(super) fn new(rule: usize, rest: &'a Rest, scale: &'a Scale<'a>) -> Self {
-        let field = format!("scene.rules[{rule}]");
-        Self { rest, scale, field }
+    pub(super) fn new(
+        rule: usize,
+        rest: &'a Rest,
+        scale: &'a Scale<'a>,
+        weighting: &Weighting,
+    ) -> Self {
+        Self {
+            rest,
+            scale,
+            floods: weighting.metric != Metric::Straight,
+            field: format!("scene.rules[{rule}]"),
+        }
     }
 
     fn refuse(
@@ -101,6 +112,11 @@ impl<'a> Check<'a> {
             Action::Open | Action::Remove | Action::Subdivide if of_points => {
                 let problem = "acts on measured cells, and the measure is of points";
                 let remedy = "measure edges, faces or volumes, or report";
+                Err(self.refuse("RULE_UNFIT", "action", problem, remedy))
+            }
+            Action::Separate if of_points && !self.floods => {
+                let problem = "tears between areas, and the mapping weighs points by straight distances, which lead through a tear: its two sides would go on moving alike";
+                let remedy = "use scene.mapping.weighting.flood, or measure cells and open them";
                 Err(self.refuse("RULE_UNFIT", "action", problem, remedy))
             }
             Action::Separate if !of_points => {

@@ -16,7 +16,7 @@ use crate::{
     gauge::{Crossings, GapCrossing, Gauge, Moment, PairCrossing, Scale, Standings, Turn},
     rest::Rest,
     rule::{Action, TopologyRule},
-    scene::SceneError,
+    scene::{Metric, SceneError, Weighting},
     topology::Ask,
 };
 
@@ -51,9 +51,10 @@ impl Rules {
         rules: Vec<TopologyRule>,
         rest: &Rest,
         scale: &Scale<'_>,
+        weighting: &Weighting,
     ) -> Result<Self, SceneError> {
         let compile = |(i, rule): (usize, TopologyRule)| {
-            let gauge = Check::new(i, rest, scale).gauge(&rule)?;
+            let gauge = Check::new(i, rest, scale, weighting).gauge(&rule)?;
             Ok((rule, gauge))
         };
         let rules = rules.into_iter().enumerate().map(compile);
@@ -61,6 +62,12 @@ impl Rules {
             rules: rules.collect::<Result<_, _>>()?,
             standings: Standings::new(rest.points.len()),
         })
+    }
+
+    /// Whether a rule tears along frontiers, of which a mapping with this metric shows nothing.
+    pub(crate) fn cannot_show(&self, metric: &Metric) -> bool {
+        let separates = |(rule, _): &(TopologyRule, Gauge)| rule.action == Action::Separate;
+        *metric == Metric::Straight && self.rules.iter().any(separates)
     }
 
     /// Measures a step: what crosses a threshold, by rule, and what is to be done about it.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    Action, ExternalPoints, Filter, Fit, FitWeights, Frame, Limits, Mapping, Measure, MeshSource,
-    Motion, MotionSample, Pairs, Recipe, Reference, Rule, Scene, ShapeMatching, Strain,
-    TopologyRule, Tracking, UpAxis, Weighting, World,
+    Action, Cost, Dimension, ExternalPoints, Filter, Fit, FitWeights, Frame, Limits, Mapping,
+    Measure, MeshSource, Metric, Motion, MotionSample, Pairs, Paths, Recipe, Reference, Roots,
+    Rule, Scene, ShapeMatching, Start, Strain, TopologyRule, Tracking, UpAxis, Weighting, World,
 };
 use sinew_mesh::{Grid, shapes};
 
@@ -19,6 +19,16 @@ pub(crate) const SHAPE: Rule = Rule::ShapeMatching(ShapeMatching {
     fit: Fit::Rigid,
     weights: FitWeights::Alike,
 });
+
+/// Lengths of paths along edges, which end where the mesh has come apart.
+pub(crate) fn paths() -> Metric {
+    Metric::Paths(Paths {
+        arcs: Dimension::Edge,
+        roots: Roots::Nearest,
+        start: Start::Distance,
+        cost: Cost::Length,
+    })
+}
 
 /// A bar of `n` × 2 × 2 hexahedra of side 1 along x, and five points along its axis.
 pub(crate) fn bar(n: usize, rule: Rule, rules: Vec<TopologyRule>) -> Scene {

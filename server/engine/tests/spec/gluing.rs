@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use sinew_engine::{
-    Action, Cost, Dimension, Effect, EventKind, Frame, Limits, Measure, Metric, Paths, Roots, Rule,
-    Scene, SceneError, Start, Strain, TopologyRule, World,
+    Action, Effect, EventKind, Frame, Limits, Measure, Rule, Scene, SceneError, Strain,
+    TopologyRule, World,
 };
 
-use crate::common::{bar, build, rest, rule, step, stretched};
+use crate::common::{bar, build, paths, rest, rule, step, stretched};
 
 /// The faces of the bar of 8 at x = 5, midway between two points: four rows.
 fn seam() -> Vec<[u32; 2]> {
@@ -37,12 +37,7 @@ fn glue() -> TopologyRule {
 /// these are others.
 fn scene(rules: Vec<TopologyRule>) -> Scene {
     let mut scene = bar(8, Rule::Direct, rules);
-    scene.mapping.recipe.weighting.metric = Metric::Paths(Paths {
-        arcs: Dimension::Edge,
-        roots: Roots::Nearest,
-        start: Start::Distance,
-        cost: Cost::Length,
-    });
+    scene.mapping.recipe.weighting.metric = paths();
     scene
 }
 

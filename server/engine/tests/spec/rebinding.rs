@@ -2,12 +2,11 @@
 
 use nalgebra::Vector3;
 use sinew_engine::{
-    Answer, Cost, Dimension, Filter, Fit, FitWeights, Metric, Motion, MovingFit, Paths, Polynomial,
-    RadialBasis, RadialFunction, Recipe, Reference, Request, Roots, Rule, ShapeMatching, Start,
-    Weighting, World,
+    Answer, Dimension, Filter, Fit, FitWeights, Metric, Motion, MovingFit, Polynomial, RadialBasis,
+    RadialFunction, Recipe, Reference, Request, Rule, ShapeMatching, Weighting, World,
 };
 
-use crate::common::{SHAPE, bar, build, rest, step};
+use crate::common::{SHAPE, bar, build, paths, rest, step};
 
 /// Numbers from a seed, the same everywhere.
 struct Dice(u64);
@@ -32,15 +31,6 @@ impl Dice {
             _ => Request::Subdivide { cells: vec![one] },
         }
     }
-}
-
-fn paths() -> Metric {
-    Metric::Paths(Paths {
-        arcs: Dimension::Edge,
-        roots: Roots::Nearest,
-        start: Start::Distance,
-        cost: Cost::Length,
-    })
 }
 
 fn recipes() -> Vec<Recipe> {

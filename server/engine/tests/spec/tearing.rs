@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::common::{SHAPE, bar, build, moved, neighbours, rest, rule, sample, step, stretched};
+use crate::common::{
+    SHAPE, bar, build, moved, neighbours, paths, rest, rule, sample, step, stretched,
+};
 use nalgebra::Vector3;
 use sinew_engine::{
     Action, Change, Effect, EventKind, Filter, Frame, Limits, Measure, Pairs, RemapError, Request,
-    Rule, Strain, TopologyRule,
+    Rule, Strain, TopologyRule, World,
 };
 
 /// Cuts the bar of 8 in two between x = 3 and x = 4 where it is stretched by half.
@@ -258,10 +260,31 @@ fn an_occluded_point_does_not_tear_what_it_moves() {
 }
 
 #[test]
+fn a_tear_between_points_that_a_mapping_would_not_show_is_refused() {
+    let watch = rule(neighbours(Strain::Elongation), 0.5, Action::Separate);
+    let scene = bar(8, Rule::WeightedMean, vec![watch.clone()]);
+    let refusal = World::build(scene).unwrap_err();
+    assert_eq!(
+        (refusal.reason, &*refusal.field),
+        ("RULE_UNFIT", "scene.rules[0].action")
+    );
+    // Nor can such a mapping come later.
+    let mut scene = bar(8, Rule::WeightedMean, vec![watch]);
+    let straight = scene.mapping.clone();
+    scene.mapping.recipe.weighting.metric = paths();
+    let mut world = build(scene);
+    let digest = world.digest();
+    let bound = world.rest().bind(straight).unwrap();
+    assert_eq!(world.remap(bound, 0.0), Err(RemapError::Straight));
+    assert_eq!(world.digest(), digest);
+}
+
+#[test]
 fn two_points_pulled_apart_tear_the_mesh_between_them() {
     let watch = rule(neighbours(Strain::Elongation), 0.5, Action::Separate);
     let mut scene = bar(8, Rule::WeightedMean, vec![watch]);
     scene.mapping.recipe.filter = Filter::KeepK(1);
+    scene.mapping.recipe.weighting.metric = paths();
     let mut world = build(scene);
     let rest = rest(&world);
     let mut changes = Vec::new();

@@ -11,7 +11,7 @@ use tonic_types::StatusExt as _;
 
 use super::{
     live,
-    script::{NAME, Script},
+    script::{NAME, Script, assert_mirrored},
 };
 
 /// A reader that gives credit as it likes.
@@ -100,6 +100,46 @@ fn without_credit_three_frames_come_and_events_go_on() {
             assert!(version == 3 || patch.frame.unwrap().vertices.is_none());
         }
         assert_eq!(hand.step().await, 6);
+    });
+}
+
+/// A minute of steps at 100 Hz, each of which is published without waiting for anybody.
+#[test]
+fn who_reads_nothing_for_a_minute_loses_frames_and_never_an_event() {
+    live(async {
+        let mut script = Script::start(3).await;
+        let watched = script
+            .client
+            .watch(script.subscription(), WatchMode::Latest);
+        let mut watch = watched.await.unwrap();
+        let mut subscription = script.subscribe().await;
+        let whole = script.whole();
+        for step in 0..6_000 {
+            match step % 300 {
+                0 if script.whole() > 0 => script.tear(1),
+                _ => script.step(),
+            }
+        }
+        let mut sequences = Vec::new();
+        while watch.subscription().mirror().shown() != Some(script.frame.step + 1) {
+            if let Some(Update::Events(events)) = watch.next().await.unwrap() {
+                sequences.extend(events.iter().map(|event| event.sequence));
+            }
+        }
+        let all: Vec<u64> = (1..=script.last_event()).collect();
+        assert!(all.len() >= whole);
+        assert_eq!(sequences, all);
+        assert!(watch.subscription().counts().missed > 5_000);
+        assert_mirrored(watch.subscription(), &script);
+        // One without credits has the transport's windows full of old frames, and misses the same.
+        let updates = script.catch_up(&mut subscription).await;
+        let events = updates.iter().flat_map(|update| match update {
+            Update::Events(events) => events.as_slice(),
+            Update::Keyframe(_) | Update::Frame(_) | Update::Patch(_) | Update::Goodbye(_) => &[],
+        });
+        assert!(events.map(|event| event.sequence).eq(all));
+        assert!(subscription.counts().missed > 0);
+        assert_mirrored(&subscription, &script);
     });
 }
 
