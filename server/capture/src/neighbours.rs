@@ -7,6 +7,8 @@ const MOST: usize = 16;
 /// What [`Rotation3::from_matrix_eps`] calls done, rad, and after how many steps it gives up.
 const ANGLE: f64 = 1e-12;
 const STEPS: usize = 100;
+/// Neighbours are in a line where their second extent is less than a fifth of the first, squared.
+const SLENDER: f64 = 0.04;
 /// Arms this small beside the places that they are told from are their rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -81,7 +83,18 @@ impl Neighbours {
         });
         let spread = chosen().map(|(_, rest, weight)| weight * (rest - centre_rest).norm_squared());
         let nothing = ROUNDING * (spread.sum::<f64>() + total * centre_rest.norm_squared());
-        let turn = turn(&arms.sum(), nothing, last);
+        let extent: Matrix3<f64> = chosen()
+            .map(|(_, rest, weight)| {
+                (rest - centre_rest) * (rest - centre_rest).transpose() * *weight
+            })
+            .sum();
+        let mut axes = extent.symmetric_eigenvalues();
+        axes.as_mut_slice().sort_by(f64::total_cmp);
+        // Neighbours in a line tell no turn about it.
+        let turn = match axes[1] < SLENDER * axes[2] {
+            true => *last,
+            false => turn(&arms.sum(), nothing, last),
+        };
         Some(Guess {
             position: centre + turn * (self.rest - centre_rest),
             turn,

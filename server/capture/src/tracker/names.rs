@@ -30,10 +30,11 @@ impl Tracker {
             let Some(place) = seen(&self.named, i) else {
                 continue;
             };
+            // One that was carried itself is known too little to be told from another that is hidden.
+            let steady = self.markers[i].unseen == 0.0;
             let free = |&j: &usize| {
-                j != i
-                    && known(&self.markers[j])
-                    && (seen(&self.named, j).is_none() || doubtful.contains(&j))
+                let hidden = steady && seen(&self.named, j).is_none();
+                j != i && known(&self.markers[j]) && (hidden || doubtful.contains(&j))
             };
             let distance = |j: usize| (place - self.expected[j]).norm();
             let nearest = (0..count)
