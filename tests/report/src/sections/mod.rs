@@ -1,5 +1,6 @@
 //! The sections, in the order of the page.
 
+mod capture;
 mod drift;
 mod fits;
 mod flood;
@@ -14,7 +15,7 @@ mod topology;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 11] = [
+pub(crate) const ALL: [Section; 12] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
@@ -22,6 +23,7 @@ pub(crate) const ALL: [Section; 11] = [
     flood::SECTION,
     hard::SECTION,
     drift::SECTION,
+    capture::SECTION,
     precision::SECTION,
     scaling::SECTION,
     topology::SECTION,
