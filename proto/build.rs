@@ -4,10 +4,11 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 use prost::Message as _;
 
-const FILES: [&str; 11] = [
+const FILES: [&str; 12] = [
     "sinew/v1/asset.proto",
     "sinew/v1/data.proto",
     "sinew/v1/edit.proto",
+    "sinew/v1/elastic.proto",
     "sinew/v1/event.proto",
     "sinew/v1/mapping.proto",
     "sinew/v1/mesh.proto",

@@ -215,6 +215,27 @@ impl Client {
         })
     }
 
+    /// A cloud of points for a scene: inside, or uploaded where it is large.
+    ///
+    /// # Errors
+    /// The server's refusal of the upload.
+    pub async fn cloud(
+        &self,
+        positions: v1::Reals,
+    ) -> Result<v1::elastic_solid::Cloud, ClientError> {
+        let points = v1::UnstructuredGrid {
+            positions: Some(positions),
+            ..v1::UnstructuredGrid::default()
+        };
+        if upload::size(&points) > MAX_INLINE_BYTES {
+            let asset = self.upload_grid(&points).await?;
+            return Ok(v1::elastic_solid::Cloud::Asset(asset.name));
+        }
+        Ok(v1::elastic_solid::Cloud::Positions(
+            points.positions.unwrap_or_default(),
+        ))
+    }
+
     /// Opens a stream of motion: says Hello, waits until the session accepts, then sends `frames` as they come; see
     /// [`crate::Take`] for those of a take. The stream is closed after the last frame.
     ///

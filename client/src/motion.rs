@@ -228,6 +228,7 @@ pub(crate) fn flagged_frame(
             false => flags.into(),
         },
         source_sequence: None,
+        drags: Vec::new(),
     }
 }
 

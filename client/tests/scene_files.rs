@@ -5,7 +5,10 @@
     reason = "these functions are tests or serve them alone"
 )]
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use sinew_client::{SceneFile, SceneFileError, load_mapping};
 use sinew_proto::v1;
@@ -28,7 +31,9 @@ fn folder(test: &str, scene: &str) -> PathBuf {
 fn external(scene: &v1::Scene) -> &v1::ExternalPoints {
     match scene.motion.as_ref().unwrap().source.as_ref().unwrap() {
         v1::motion::Source::External(points) => points,
-        v1::motion::Source::MassSpring(_) | v1::motion::Source::Particles(_) => panic!("particles"),
+        v1::motion::Source::MassSpring(_)
+        | v1::motion::Source::Particles(_)
+        | v1::motion::Source::Elastic(_) => panic!("particles"),
     }
 }
 
@@ -199,4 +204,47 @@ fn a_file_may_hold_a_mapping_alone() {
             || refusal.contains("soft.toml, line 2: filter.keep.n: "),
         "{refusal}"
     );
+}
+
+#[test]
+fn the_elastic_scenes_load_with_their_clouds() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/elastic");
+    for (name, points) in [
+        ("two_bars_2d", 2_220),
+        ("octopus", 8_267),
+        ("pants_radial", 7_516),
+    ] {
+        let file = SceneFile::load(&folder.join(name).with_extension("toml")).unwrap();
+        assert_eq!(cloud(&file.scene).len(), points, "{name}");
+    }
+}
+
+#[test]
+fn the_inside_of_a_surface_becomes_points_in_the_middles_of_cubes() {
+    let scene =
+        "[motion.elastic]\nfile = \"box.off\"\nfile_unit_metres = 0.1\nfile_sample_spacing = 0.1\n";
+    let path = folder("sampled", scene);
+    let skin = "OFF 8 6 0\n0 0 0\n4 0 0\n4 3 0\n0 3 0\n0 0 2\n4 0 2\n4 3 2\n0 3 2\n\
+        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+    fs::write(path.with_file_name("box.off"), skin).unwrap();
+    let points = cloud(&SceneFile::load(&path).unwrap().scene);
+    assert_eq!(points.len(), 24);
+    for [x, y, z] in points {
+        assert!((0.0..0.4).contains(&x) && (0.0..0.3).contains(&y) && (0.0..0.2).contains(&z));
+    }
+    let open = skin.replace("4 3 0 4 7\n", "").replace("8 6 0", "8 5 0");
+    fs::write(path.with_file_name("box.off"), open).unwrap();
+    let error = SceneFile::load(&path).unwrap_err().to_string();
+    assert!(error.contains("motion.elastic.file"), "{error}");
+}
+
+/// The points of an elastic solid, m.
+fn cloud(scene: &v1::Scene) -> Vec<[f64; 3]> {
+    let Some(v1::motion::Source::Elastic(solid)) = &scene.motion.as_ref().unwrap().source else {
+        panic!("no solid");
+    };
+    let Some(v1::elastic_solid::Cloud::Positions(positions)) = &solid.cloud else {
+        panic!("no points");
+    };
+    positions.unpack().unwrap().as_chunks::<3>().0.to_vec()
 }

@@ -1,6 +1,7 @@
 //! From the wire to a scene: units and defaults. Forms are checked here, values in
 //! [`sinew_engine::World::build`]; both name fields by their path in the request.
 
+mod elastic;
 mod mapping;
 mod particles;
 mod rule;
@@ -21,6 +22,7 @@ const DEFAULT_TIME_STEP: f64 = 1.0 / 120.0;
 /// Longest title, characters.
 const TITLE: usize = 200;
 
+use elastic::elastic;
 pub(crate) use mapping::mapping;
 use particles::{mass_spring, particles};
 
@@ -53,6 +55,11 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
         }
         v1::motion::Source::MassSpring(network) => (
             engine::Motion::MassSpring(Box::new(mass_spring(network)?)),
+            DEFAULT_TIME_STEP,
+            own_pace(pace),
+        ),
+        v1::motion::Source::Elastic(given) => (
+            engine::Motion::Elastic(Box::new(elastic(given, assets)?)),
             DEFAULT_TIME_STEP,
             own_pace(pace),
         ),
@@ -237,13 +244,24 @@ fn client_only(path: &str, unit: f64, message: &str) -> Result<()> {
     } else {
         return Ok(());
     };
+    Err(not_resolved(&format!("{message}.{field}"), &value))
+}
+
+/// A field that only clients understand.
+fn not_resolved(field: &str, value: &str) -> ServiceError {
     let remedy = "the server reads no files; let the client resolve it, as `sinew run` does";
-    Err(invalid(
-        "FILE_NOT_RESOLVED",
-        format!("{message}.{field}"),
-        format!("is `{value}`"),
-        remedy,
-    ))
+    invalid("FILE_NOT_RESOLVED", field, format!("is `{value}`"), remedy)
+}
+
+/// The index of the point of that label.
+pub(crate) fn point(label: &str, labels: &[String], field: &str) -> Result<u32> {
+    let found = (0..).zip(labels).find(|(_, known)| *known == label);
+    let unknown = || {
+        let problem = format!("is `{label}`, which no point has");
+        let remedy = "use the labels of the scene's points";
+        invalid("LABEL_UNKNOWN", field, problem, remedy)
+    };
+    found.map(|(point, _)| point).ok_or_else(unknown)
 }
 
 /// A number as the enum it stands for.

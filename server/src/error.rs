@@ -49,7 +49,9 @@ pub(crate) enum ServiceError {
     MeshChanged,
     #[error("{wanted} steps need {wanted} motion frames and {waiting} wait; stream more first")]
     MotionStarved { wanted: usize, waiting: usize },
-    #[error("the session makes its own motion; only scenes with motion.external take a stream")]
+    #[error(
+        "the session makes its own motion; only scenes with motion.external take positions, others take drags"
+    )]
     MotionNotExternal,
     #[error(
         "another source streams to this session; end that stream first, or take over by a higher stream_epoch"

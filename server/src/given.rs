@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicU64, Ordering},
 };
 
-use sinew_engine::MotionSample;
+use sinew_engine::{Drag, MotionSample};
 use sinew_proto::v1;
 use tokio::sync::broadcast;
 
@@ -20,6 +20,8 @@ pub(crate) enum Input {
         step: u64,
         sample: Arc<MotionSample>,
     },
+    /// Who was dragged and let go before a step of a session that makes its own motion.
+    Drags { step: u64, drags: Arc<[Drag]> },
     /// A new mapping.
     Mapping {
         mapping: Arc<v1::Mapping>,

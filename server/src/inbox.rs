@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use sinew_engine::{Exchange, MotionSample, Verdict};
+use sinew_engine::{Drag, Exchange, MotionSample, Verdict};
 use tokio::{
     sync::{mpsc, oneshot, watch},
     time::{Instant, sleep_until},
@@ -36,9 +36,18 @@ pub(crate) struct Input {
 pub(crate) enum Item {
     Open(Delivery),
     Frame(Arrival),
+    Drags(Drags),
     Ping(Exchange),
     /// No frame follows; answered when the last moment was played.
     Close(oneshot::Sender<()>),
+}
+
+/// Who is taken hold of and let go at once.
+#[derive(Debug)]
+pub(crate) struct Drags {
+    /// The step that they come before.
+    pub(crate) step: u64,
+    pub(crate) drags: Vec<Drag>,
 }
 
 /// How frames become steps.
@@ -98,6 +107,8 @@ pub(crate) struct Inbox {
     leap: f64,
     /// Of DELIVERY_EACH, by stream and sequence: whatever delivery follows, they are taken first.
     waiting: BTreeMap<(u64, u64), Arrival>,
+    /// Drags by their step, in the order they came for each.
+    drags: BTreeMap<u64, Vec<Drags>>,
     /// The last one of those that a step took.
     taken: (u64, u64),
     live: Option<Live>,
@@ -125,6 +136,7 @@ impl Inbox {
             time_step,
             leap,
             waiting: BTreeMap::new(),
+            drags: BTreeMap::new(),
             taken: (0, 0),
             live: None,
             closing: None,
@@ -134,7 +146,8 @@ impl Inbox {
     }
 
     pub(crate) fn has_room(&self) -> bool {
-        self.waiting.len() < MOTION_QUEUE
+        let drags: usize = self.drags.values().map(Vec::len).sum();
+        self.waiting.len() + drags < MOTION_QUEUE
     }
 
     /// The next input; `None` where nobody is left to send one.
@@ -168,7 +181,9 @@ impl Inbox {
                 });
             }
             // From a stream that another took over from.
-            (Item::Frame(_) | Item::Ping(_) | Item::Close(_), _) if stream != current => {}
+            (Item::Frame(_) | Item::Drags(_) | Item::Ping(_) | Item::Close(_), _)
+                if stream != current => {}
+            (Item::Drags(drags), _) => self.drags.entry(drags.step).or_default().push(drags),
             (Item::Frame(arrival), Some(live)) => {
                 live.frame(arrival);
             }
@@ -204,6 +219,14 @@ impl Inbox {
             progress.reordered += u64::from(verdict == Verdict::Reordered);
             verdict != Verdict::Taken
         });
+    }
+
+    /// Takes all that comes before a step.
+    pub(crate) fn take_drags(&mut self, step: u64) -> Vec<Drag> {
+        let later = self.drags.split_off(&(step + 1));
+        let now = std::mem::replace(&mut self.drags, later);
+        let drags = now.into_values().flatten().map(|drags| drags.drags);
+        drags.flatten().collect()
     }
 
     /// How many steps could be taken without waiting for more.

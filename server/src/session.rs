@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use sinew_engine::{EditError, Edited, Explanation, Frame, Rest, StepError, World};
+use sinew_engine::{Drag, EditError, Edited, Explanation, Frame, Rest, StepError, World};
 use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
@@ -389,18 +389,25 @@ impl Actor {
         let received = arrival.as_ref().map_or(0, |arrival| arrival.received_nanos);
         let started = now_nanos();
         let given = arrival.map(|arrival| Arc::new(arrival.sample));
-        let sample = given.clone();
-        let stepped = self.lend(move |world| world.step(sample.as_deref()));
+        let drags: Arc<[Drag]> = self.motion.take_drags(self.last.step + 1).into();
+        let (sample, dragged) = (given.clone(), Arc::clone(&drags));
+        let stepped = self.lend(move |world| {
+            dragged.iter().for_each(|drag| world.drag(*drag));
+            world.step(sample.as_deref())
+        });
         let frame = match stepped.await {
             Some(Ok(frame)) => frame,
             Some(Err(error)) => return self.diverged(&error),
             None => return,
         };
-        if let Some(sample) = given {
-            let step = frame.step;
-            self.outlets
-                .inputs
-                .record(given::Input::Motion { step, sample });
+        let step = frame.step;
+        match given {
+            Some(sample) => (self.outlets.inputs).record(given::Input::Motion { step, sample }),
+            // Each step is told, so that a replay knows how many there were.
+            None if self.drive != Drive::External => {
+                (self.outlets.inputs).record(given::Input::Drags { step, drags });
+            }
+            None => {}
         }
         let timing = self.give_out(Arc::clone(&frame), received, started);
         self.metrics.stepped(timing, &frame);

@@ -4,6 +4,7 @@
 
 mod determinism;
 mod edits;
+mod elastic;
 mod events;
 mod explain;
 mod faults;

@@ -1,6 +1,6 @@
 //! Motion that clients stream in.
 
-use sinew_proto::v1::{Indices, PointState};
+use sinew_proto::v1::{self, Indices, PointState};
 use sinew_tests::{
     Source, TestServer, TestSession, live, refused, scenes, scenes::Rule, vertices, wire::Http1,
 };
@@ -59,9 +59,9 @@ fn an_occluded_point_goes_with_the_others_and_so_does_what_it_alone_drives() {
         let server = TestServer::start().await;
         let mut scene = scenes::small();
         // Each vertex follows its nearest point alone.
-        let keep = sinew_proto::v1::KeepK { k: 1 };
-        scene.mapping.as_mut().unwrap().filter = Some(sinew_proto::v1::Filter {
-            kind: Some(sinew_proto::v1::filter::Kind::Keep(keep)),
+        let keep = v1::KeepK { k: 1 };
+        scene.mapping.as_mut().unwrap().filter = Some(v1::Filter {
+            kind: Some(v1::filter::Kind::Keep(keep)),
         });
         let session = server.create("tissue", scene).await;
         let mut watcher = session.watch().await;
@@ -360,11 +360,19 @@ fn motion_waits_through_a_pause() {
 }
 
 #[test]
-fn a_session_that_makes_its_own_motion_takes_no_stream() {
+fn a_session_that_makes_its_own_motion_takes_no_positions() {
     live(async {
         let server = TestServer::start().await;
         let session = server.create("sheet", scenes::sheet(3)).await;
-        let answer = session.source_in_order(&[]).await;
+        let mut source = session.source_in_order(&[]).await.unwrap();
+        source.send(&scenes::rest(9)).await;
+        let answer = source.ending().await;
+        refused(answer, Code::FailedPrecondition, "MOTION_NOT_EXTERNAL");
+        let live = v1::Hello {
+            delivery: v1::Delivery::Live.into(),
+            ..v1::Hello::default()
+        };
+        let answer = session.source_by(live).await;
         refused(answer, Code::FailedPrecondition, "MOTION_NOT_EXTERNAL");
     });
 }

@@ -84,6 +84,7 @@ impl Source {
             positions: Some(Reals::pack(positions.as_flattened(), Precision::F64)),
             flags: flags.to_vec().into(),
             source_sequence: None,
+            drags: Vec::new(),
         })
     }
 

@@ -1,4 +1,5 @@
-//! Files in and out: meshes and motion captures.
+//! Files in and out: meshes, clouds of points and motion captures.
 
+pub mod cloud;
 pub mod mesh;
 pub mod take;

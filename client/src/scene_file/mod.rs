@@ -1,7 +1,8 @@
 //! Scene files: `sinew.v1.Scene` in protobuf's JSON mapping, or TOML with the same names.
 //!
-//! Two fields exist in files only and are resolved here, before the scene is posted: `motion.external.file`, a take
-//! (C3D, TRC, BVH and others), and `mesh.file`, a mesh. Both paths are relative to the scene file. From a take come
+//! Three fields exist in files only and are resolved here, before the scene is posted: `motion.external.file`, a take
+//! (C3D, TRC, BVH and others), `motion.elastic.file`, a cloud of points (PLY, CSV, XYZ, BGEO) or a watertight surface to
+//! be filled with points, and `mesh.file`, a mesh. Paths are relative to the scene file. From a take come
 //!
 //! * `motion.external.labels`, `restPositions`, `absent` and `rateHz`, each where the scene leaves it empty;
 //! * `mesh.lattice.bones`, the take's skeleton, where the scene asks for a lattice and gives no bones;
@@ -19,7 +20,7 @@ pub use parse::{ParseError, Syntax};
 use serde::de::DeserializeOwned;
 use sinew_formats::take::Take;
 use sinew_mesh::Grid;
-use sinew_proto::v1;
+use sinew_proto::v1::{self, elastic_solid::Cloud};
 
 use crate::{Client, ClientError};
 
@@ -106,6 +107,14 @@ impl SceneFile {
             let mesh = scene.mesh.get_or_insert_default();
             mesh.source = Some(client.mesh_source(grid).await?);
             mesh.file_unit_metres = 0.0;
+        }
+        if let Some(v1::motion::Source::Elastic(solid)) = scene
+            .motion
+            .as_mut()
+            .and_then(|motion| motion.source.as_mut())
+            && let Some(Cloud::Positions(positions)) = &mut solid.cloud
+        {
+            solid.cloud = Some(client.cloud(std::mem::take(positions)).await?);
         }
         Ok(scene)
     }

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use nalgebra::Vector3;
 use sinew_formats::{
-    mesh,
+    cloud, mesh,
     take::{self, Take, Up},
 };
-use sinew_proto::v1::{self, Indices, Precision, Reals};
+use sinew_mesh::CellShape;
+use sinew_proto::v1::{self, Indices, Precision, Reals, elastic_solid::Cloud};
 
 use super::{SceneFile, SceneFileError};
 use crate::grid::flatten;
@@ -31,6 +33,19 @@ pub(super) fn files(scene: v1::Scene, path: &Path) -> Result<SceneFile, SceneFil
         let take = take::read(folder.join(name), &take::Options { unit_scale })
             .map_err(|error| refuse("motion.external.file", error.to_string()))?;
         file.apply(take);
+    }
+    if let Some(solid) = elastic(&mut file.scene) {
+        let cloud = cloud(solid, folder);
+        let cloud = cloud.map_err(|problem| refuse("motion.elastic.file", problem))?;
+        if let Some(Points {
+            positions,
+            warnings,
+        }) = cloud
+        {
+            let positions = Reals::pack(&flatten(&positions), Precision::F64);
+            solid.cloud = Some(Cloud::Positions(positions));
+            file.warnings.extend(warnings);
+        }
     }
     if let Some((name, unit)) = mesh_file(&file.scene) {
         let unit = unit_scale(unit).map_err(|problem| refuse("mesh.file_unit_metres", problem))?;
@@ -61,8 +76,58 @@ fn take_file(scene: &v1::Scene) -> Option<(&str, f64)> {
         v1::motion::Source::External(points) => {
             Some((&*points.file, points.file_unit_metres)).filter(|(name, _)| !name.is_empty())
         }
-        v1::motion::Source::MassSpring(_) | v1::motion::Source::Particles(_) => None,
+        v1::motion::Source::MassSpring(_)
+        | v1::motion::Source::Particles(_)
+        | v1::motion::Source::Elastic(_) => None,
     }
+}
+
+fn elastic(scene: &mut v1::Scene) -> Option<&mut v1::ElasticSolid> {
+    match scene.motion.as_mut()?.source.as_mut()? {
+        v1::motion::Source::Elastic(solid) => Some(solid),
+        v1::motion::Source::MassSpring(_)
+        | v1::motion::Source::Particles(_)
+        | v1::motion::Source::External(_) => None,
+    }
+}
+
+/// Points of a file.
+struct Points {
+    positions: Vec<Vector3<f64>>, // m
+    /// What the author should know.
+    warnings: Vec<String>,
+}
+
+/// The points of the file that a solid names; `None` where it names none.
+fn cloud(solid: &mut v1::ElasticSolid, folder: &Path) -> Result<Option<Points>, String> {
+    let Some(Cloud::File(name)) = &solid.cloud else {
+        return Ok(None);
+    };
+    let path = folder.join(name);
+    let unit = unit_scale(std::mem::take(&mut solid.file_unit_metres))?.unwrap_or(1.0);
+    let spacing = std::mem::take(&mut solid.file_sample_spacing);
+    let told = |error: &dyn std::error::Error| error.to_string();
+    let (mut positions, warnings) = if spacing == 0.0 {
+        let cloud = cloud::read(&path).map_err(|error| told(&error))?;
+        (cloud.positions, Vec::new())
+    } else {
+        let skin = mesh::read(&path).map_err(|error| told(&error))?;
+        let filled = sinew_mesh::fill(CellShape::Hexahedron, spacing / unit, &skin.grid);
+        let filled = filled.map_err(|error| told(&error))?;
+        let middle = |cell: &[u32]| {
+            let corners = cell.iter().map(|&v| filled.positions[v as usize]);
+            corners.sum::<Vector3<f64>>() / 8.0
+        };
+        let middles = filled.cells.connectivity.chunks(8).map(middle);
+        (middles.collect(), skin.warnings)
+    };
+    for position in &mut positions {
+        *position *= unit;
+    }
+    Ok(Some(Points {
+        positions,
+        warnings,
+    }))
 }
 
 fn mesh_file(scene: &v1::Scene) -> Option<(&str, f64)> {

@@ -57,6 +57,7 @@ impl World {
         let mut points = match motion {
             Motion::External(points) => external(points, time_step)?,
             Motion::MassSpring(spec) => system_points(*spec, Form::MassSpring, time_step)?,
+            Motion::Elastic(spec) => system_points(*spec, Form::Elastic, time_step)?,
             Motion::Particles(spec) => system_points(*spec, Form::Particles, time_step)?,
         };
         let grid = mesh_grid(mesh, &mut points)?;

@@ -31,12 +31,13 @@ pub use scene::{
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
 pub use sinew_particles::{
-    Attraction, AttractionLaw, Driven, Elastic, EndingKind, ExternalForce, Form, FrameSpec,
-    Gradient, Integrator, LinkLaw, Links, Normalisation, PairFriction, PairSpec, Repulsion,
-    Stepping, SystemSpec, Track, Weighting as FormWeighting,
+    Attraction, AttractionLaw, Dimension as SolidDimension, Driven, Elastic, EndingKind,
+    ExternalForce, Form, FrameSpec, Gradient, Integration, Integrator, LinkLaw, Links, Material,
+    MaterialLaw, Metric as SolidMetric, Normalisation, PairFriction, PairSpec, Reach, Repulsion,
+    SolidSpec, Stepping, SystemSpec, Track, Weighting as FormWeighting,
 };
 pub use sinew_tearing::{
     Answer, BodyError, Done, Effect, Facet, Patch, Refusal, Request, Seam, SeamKind,
 };
 pub use topology::{EditError, Edited};
-pub use world::{RemapError, StepError, World};
+pub use world::{Drag, RemapError, StepError, World};

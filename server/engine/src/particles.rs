@@ -1,6 +1,6 @@
 //! Particles that a world moves itself.
 
-use sinew_particles::{Fault, SpecError, Stepping, System, SystemSpec};
+use sinew_particles::{Fault, Solid, SolidReport, SpecError, Stepping, System, SystemSpec};
 
 use crate::{
     build::{Points, in_range, kernel_refusal},
@@ -14,6 +14,7 @@ use crate::{
 pub(crate) enum Form {
     Particles,
     MassSpring,
+    Elastic,
 }
 
 impl Form {
@@ -21,6 +22,12 @@ impl Form {
     fn path(self, field: &str) -> String {
         match self {
             Self::Particles => format!("scene.motion.particles.{field}"),
+            // The solid is the message itself.
+            Self::Elastic => {
+                let field = field.replace("solid.density", "material.density");
+                let field = field.replace("solid.metric.", "").replace("solid.", "");
+                format!("scene.motion.elastic.{field}")
+            }
             // The springs of a mass-spring network are its only links.
             Self::MassSpring => {
                 let field = field.replace("links[0].ends", "springs");
@@ -40,13 +47,14 @@ pub(crate) fn system_points(
     let rest = system.positions().to_vec();
     in_range(&rest, &form.path("positions"))?;
     let stable = system.largest_stable_step();
-    let warnings = if time_step > stable && system.stepping() == Stepping::Fixed {
+    let mut warnings = if time_step > stable && system.stepping() == Stepping::Fixed {
         vec![format!(
             "time_step_seconds is {time_step:.3e} s and the particles are stable up to about {stable:.3e} s: they may diverge"
         )]
     } else {
         Vec::new()
     };
+    warnings.extend(system.solid().and_then(blind));
     Ok(Points {
         labels: (0..rest.len()).map(|i| i.to_string()).collect(),
         states: vec![PointState::Valid; rest.len()],
@@ -54,6 +62,22 @@ pub(crate) fn system_points(
         source: Source::Particles(Box::new(system)),
         rest,
         warnings,
+    })
+}
+
+/// Says where a solid holds together badly.
+fn blind(solid: &Solid) -> Option<String> {
+    let SolidReport {
+        neighbours: _,
+        ranks: [alone, lines, _, _],
+        components,
+    } = solid.report();
+    let odd = alone > 0 || lines > 0 || components > 1;
+    odd.then(|| {
+        format!(
+            "the elastic solid is in {components} pieces, {alone} of its points see no other and {lines} see others in one line alone: \
+             they resist nothing, or along that line; remove them, add points, or lengthen the reach"
+        )
     })
 }
 

@@ -56,6 +56,8 @@ pub enum Motion {
     Particles(Box<SystemSpec>),
     /// The same in its short form, as `sinew.v1.MassSpring`: one batch of springs.
     MassSpring(Box<SystemSpec>),
+    /// The same as a solid, as `sinew.v1.ElasticSolid`.
+    Elastic(Box<SystemSpec>),
 }
 
 impl Motion {
@@ -63,7 +65,7 @@ impl Motion {
     pub fn labels(&self) -> Vec<String> {
         match self {
             Self::External(points) => points.labels.clone(),
-            Self::Particles(spec) | Self::MassSpring(spec) => {
+            Self::Particles(spec) | Self::MassSpring(spec) | Self::Elastic(spec) => {
                 (0..spec.positions.len()).map(|i| i.to_string()).collect()
             }
         }

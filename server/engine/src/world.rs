@@ -75,6 +75,15 @@ pub(crate) enum Source {
     Particles(Box<System>),
 }
 
+/// Takes hold of a point of particles, or lets it go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drag {
+    /// The point's index.
+    pub point: u32,
+    /// Where the next step leads it, m; `None`: nowhere, it is let go.
+    pub target: Option<Vector3<f64>>,
+}
+
 /// Points, mesh and mapping, and the step that binds them.
 #[derive(Debug)]
 pub struct World {
@@ -130,6 +139,17 @@ impl World {
         self.pose(&mut next)?;
         self.act(&mut next)?;
         Ok(self.publish(next))
+    }
+
+    /// Takes hold of a particle, or lets it go; external points are held by their source alone.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    pub fn drag(&mut self, Drag { point, target }: Drag) {
+        match &mut self.source {
+            Source::Particles(system) => system.drag(point, target),
+            Source::External(_) => {}
+        }
     }
 
     /// Poses the vertices on the points.

@@ -65,6 +65,7 @@ pub use pairs::{
 pub use shapes::{TooCurved, arc_chain};
 pub use solid::{
     Dimension, Integration, Material, MaterialLaw, Metric, Reach, Solid, SolidReport, SolidSpec,
+    Survey,
 };
 pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
 pub use surface::{Surface, surface};

@@ -9,7 +9,7 @@ use crate::error::invalid;
 
 const FIELD: &str = "scene.motion.particles";
 /// Most substeps of a step where the scene does not say.
-const MOST: u32 = 1_000;
+pub(super) const MOST: u32 = 1_000;
 /// Reach of a repulsion where the scene does not say, in its lengths.
 const REPULSION_REACH: f64 = 20.0;
 
@@ -49,25 +49,13 @@ pub(super) fn particles(given: v1::Particles) -> Result<engine::SystemSpec> {
     let count = positions.len();
     let velocities = each_vector(given.velocities.as_ref(), &field("velocities"), count)?;
     let masses = each(given.masses.as_ref(), &field("masses"), count)?;
-    let driven = given.driven.into_iter().enumerate().map(|(i, driven)| {
-        Ok(engine::Driven {
-            particle: driven.particle,
-            path: track(driven.path, &field(&format!("driven[{i}].path")))?,
-        })
-    });
-    let forces = given.forces.into_iter().enumerate().map(|(i, force)| {
-        Ok(engine::ExternalForce {
-            particle: force.particle,
-            force: track(force.force, &field(&format!("forces[{i}].force")))?,
-        })
-    });
     let links = given.links.into_iter().enumerate();
     Ok(engine::SystemSpec {
         velocities: velocities.unwrap_or_else(|| vec![Vector3::zeros(); count]),
         masses: masses.unwrap_or_else(|| vec![1.0; count]),
         fixed: indices(given.fixed.as_ref(), &field("fixed"))?,
-        driven: driven.collect::<Result<_>>()?,
-        forces: forces.collect::<Result<_>>()?,
+        driven: driven(given.driven, FIELD)?,
+        forces: forces(given.forces, FIELD)?,
         gravity: vector(given.gravity),
         damping: given.damping,
         frames: (given.frames.map(|given| frames(&given, count))).transpose()?,
@@ -76,16 +64,42 @@ pub(super) fn particles(given: v1::Particles) -> Result<engine::SystemSpec> {
             .collect::<Result<_>>()?,
         pairs: (given.pairs.map(|given| pair_spec(given, count))).transpose()?,
         solid: None,
-        integrator: integrator(given.integrator)?,
+        integrator: integrator(given.integrator, FIELD)?,
         stepping: stepping(given.stepping),
         positions,
     })
 }
 
-fn integrator(number: i32) -> Result<engine::Integrator> {
+/// Particles whose motion is imposed; `field` is the message that they are of.
+pub(super) fn driven(given: Vec<v1::Driven>, field: &str) -> Result<Vec<engine::Driven>> {
+    let each = |(i, driven): (usize, v1::Driven)| {
+        Ok(engine::Driven {
+            particle: driven.particle,
+            path: track(driven.path, &format!("{field}.driven[{i}].path"))?,
+        })
+    };
+    given.into_iter().enumerate().map(each).collect()
+}
+
+/// Forces from outside; `field` is the message that they are of.
+pub(super) fn forces(
+    given: Vec<v1::ExternalForce>,
+    field: &str,
+) -> Result<Vec<engine::ExternalForce>> {
+    let each = |(i, force): (usize, v1::ExternalForce)| {
+        Ok(engine::ExternalForce {
+            particle: force.particle,
+            force: track(force.force, &format!("{field}.forces[{i}].force"))?,
+        })
+    };
+    given.into_iter().enumerate().map(each).collect()
+}
+
+/// How a step is taken; `field` is the message that says it.
+pub(super) fn integrator(number: i32, field: &str) -> Result<engine::Integrator> {
     use v1::Integrator as Given;
     Ok(
-        match known::<Given>(number, &format!("{FIELD}.integrator"))? {
+        match known::<Given>(number, &format!("{field}.integrator"))? {
             Given::Unspecified | Given::SemiImplicitEuler => engine::Integrator::SemiImplicitEuler,
             Given::VelocityVerlet => engine::Integrator::VelocityVerlet,
             Given::RungeKutta4 => engine::Integrator::RungeKutta4,
@@ -95,7 +109,7 @@ fn integrator(number: i32) -> Result<engine::Integrator> {
     )
 }
 
-fn stepping(given: Option<v1::Stepping>) -> engine::Stepping {
+pub(super) fn stepping(given: Option<v1::Stepping>) -> engine::Stepping {
     use v1::stepping::Kind;
     let most = |most: u32| if most == 0 { MOST } else { most };
     match given.and_then(|given| given.kind) {
@@ -301,7 +315,7 @@ fn track(given: Option<v1::Track>, field: &str) -> Result<engine::Track> {
     })
 }
 
-fn vector(given: Option<v1::Vector3>) -> Vector3<f64> {
+pub(super) fn vector(given: Option<v1::Vector3>) -> Vector3<f64> {
     let given = given.unwrap_or_default();
     Vector3::new(given.x, given.y, given.z)
 }
@@ -347,11 +361,15 @@ fn broadcast<T: Clone>(given: Vec<T>, count: usize) -> Option<Vec<T>> {
     }
 }
 
-fn each(given: Option<&v1::Reals>, field: &str, count: usize) -> Result<Option<Vec<f64>>> {
+pub(super) fn each(
+    given: Option<&v1::Reals>,
+    field: &str,
+    count: usize,
+) -> Result<Option<Vec<f64>>> {
     Ok(broadcast(reals(given, field)?, count))
 }
 
-fn each_vector(
+pub(super) fn each_vector(
     given: Option<&v1::Reals>,
     field: &str,
     count: usize,

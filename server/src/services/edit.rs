@@ -82,8 +82,8 @@ fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, 
             Ok(Request::Subdivide { cells })
         }
         Some(Kind::Separate(v1::SeparateEdit { a, b })) => {
-            let a = point(&a, labels, &field("separate.a"))?;
-            let b = point(&b, labels, &field("separate.b"))?;
+            let a = convert::point(&a, labels, &field("separate.a"))?;
+            let b = convert::point(&b, labels, &field("separate.b"))?;
             Ok(Request::Separate { points: [a, b] })
         }
         Some(Kind::Close(v1::CloseEdit { a, b, distance })) => {
@@ -112,16 +112,6 @@ fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, 
             Err(invalid("FIELD_MISSING", field, "says nothing", remedy))
         }
     }
-}
-
-fn point(label: &str, labels: &[String], field: &str) -> Result<u32, ServiceError> {
-    let found = (0..).zip(labels).find(|(_, known)| *known == label);
-    let unknown = || {
-        let problem = format!("is `{label}`, which no point has");
-        let remedy = "use the labels of the scene's points";
-        invalid("LABEL_UNKNOWN", field, problem, remedy)
-    };
-    found.map(|(point, _)| point).ok_or_else(unknown)
 }
 
 fn check_length(length: f64, field: &str) -> Result<(), ServiceError> {

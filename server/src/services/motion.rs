@@ -159,11 +159,11 @@ impl Drop for Source {
 impl Source {
     fn open(shared: &Shared, hello: &v1::Hello) -> Result<Self, ServiceError> {
         let entry = shared.registry.get(&hello.session)?;
-        if !entry.external {
-            return Err(ServiceError::MotionNotExternal);
-        }
         let door = Door::open(hello, &entry.labels, entry.up)?;
         let delivery = door::delivery(hello, entry.time_step)?;
+        if !entry.external && delivery != Delivery::Each {
+            return Err(ServiceError::MotionNotExternal);
+        }
         let (stream, superseded) = entry.seat.take(hello.stream_epoch)?;
         tracing::info!(
             session = entry.name,
@@ -244,6 +244,12 @@ impl Source {
         match item {
             Asked::Hello(_) => return Err(ServiceError::MotionHelloRepeated),
             Asked::Ping(ping) => return self.ping(ping, received, voice).await,
+            Asked::Frame(frame) if !self.entry.external => {
+                if let Some(drags) = self.door.admit_drags(frame, &self.entry.labels)? {
+                    self.send(Item::Drags(drags), voice).await?;
+                    self.queued = self.door.last();
+                }
+            }
             Asked::Frame(frame) => {
                 self.shared.metrics.motion_frames.inc();
                 let sequence = frame.sequence;

@@ -76,6 +76,7 @@ fn frame() -> MotionFrame {
         positions: Some(posted::reals(posted::rest(8).as_flattened())),
         flags: vec![0; 8].into(),
         source_sequence: None,
+        drags: Vec::new(),
     }
 }
 

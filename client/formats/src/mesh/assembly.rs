@@ -11,8 +11,8 @@ pub(super) const VTK_WEDGE: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
 /// Vertices and cells on their way to a grid. Vertex indices are checked by whoever adds them.
 #[derive(Default)]
-pub(super) struct Assembly {
-    pub(super) positions: Vec<Vector3<f64>>,
+pub(crate) struct Assembly {
+    pub(crate) positions: Vec<Vector3<f64>>,
     volumes: Cells,
     faces: Cells,
     /// Edges and points.

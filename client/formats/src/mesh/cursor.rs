@@ -9,7 +9,7 @@ use super::scalar::{Encoding, Scalar};
 
 /// A position in a file's bytes. Everything read is checked against the bytes that remain.
 #[derive(Clone)]
-pub(super) struct Cursor<'a> {
+pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     comment: Option<u8>,
@@ -19,7 +19,7 @@ pub(super) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self {
             bytes,
             at: 0,
@@ -30,7 +30,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Text in which `#` starts a comment that ends with its line.
-    pub(super) fn with_comments(bytes: &'a [u8]) -> Self {
+    pub(crate) fn with_comments(bytes: &'a [u8]) -> Self {
         Self {
             comment: Some(b'#'),
             ..Self::new(bytes)
@@ -38,27 +38,27 @@ impl<'a> Cursor<'a> {
     }
 
     /// The same file from `at` on.
-    pub(super) fn starting(self, at: usize) -> Self {
+    pub(crate) fn starting(self, at: usize) -> Self {
         Self {
             at: at.min(self.bytes.len()),
             ..self
         }
     }
 
-    pub(super) fn at(&self) -> usize {
+    pub(crate) fn at(&self) -> usize {
         self.at
     }
 
-    pub(super) fn rest(&self) -> &'a [u8] {
+    pub(crate) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    pub(super) fn remaining(&self) -> usize {
+    pub(crate) fn remaining(&self) -> usize {
         self.bytes.len() - self.at
     }
 
     /// What is wrong with what was read last.
-    pub(super) fn flaw(&self, reason: impl Into<String>) -> Flaw {
+    pub(crate) fn flaw(&self, reason: impl Into<String>) -> Flaw {
         let place = if self.last_was_binary {
             Place::Byte(self.last)
         } else {
@@ -84,7 +84,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word, on this line or a later one.
-    pub(super) fn word(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn word(&mut self) -> Option<&'a [u8]> {
         self.skip_blanks();
         self.last = self.at;
         self.last_was_binary = false;
@@ -98,7 +98,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word, if there is one before the line ends; the end of the line is not passed.
-    pub(super) fn word_on_line(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn word_on_line(&mut self) -> Option<&'a [u8]> {
         let mut ahead = self.clone();
         let word = ahead.word()?;
         if self.bytes[self.at..ahead.last].contains(&b'\n') {
@@ -109,12 +109,12 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word, which stays to be read.
-    pub(super) fn peek(&self) -> Option<&'a [u8]> {
+    pub(crate) fn peek(&self) -> Option<&'a [u8]> {
         self.clone().word()
     }
 
     /// The rest of this line without its end, which is passed.
-    pub(super) fn line(&mut self) -> &'a [u8] {
+    pub(crate) fn line(&mut self) -> &'a [u8] {
         self.last = self.at;
         self.last_was_binary = false;
         let rest = self.rest();
@@ -124,7 +124,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Passes the rest of a line, which must be blank: binary data starts right after it.
-    pub(super) fn end_line(&mut self) -> Parsed<()> {
+    pub(crate) fn end_line(&mut self) -> Parsed<()> {
         let rest = self.line();
         if rest.is_empty() {
             return Ok(());
@@ -136,7 +136,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as text; `what` names it in the error.
-    pub(super) fn text(&mut self, what: &str) -> Parsed<&'a str> {
+    pub(crate) fn text(&mut self, what: &str) -> Parsed<&'a str> {
         let word = self
             .word()
             .ok_or_else(|| self.flaw(format!("the file ends where {what} was expected")))?;
@@ -145,7 +145,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word must be `keyword`, in any case.
-    pub(super) fn keyword(&mut self, keyword: &str) -> Parsed<()> {
+    pub(crate) fn keyword(&mut self, keyword: &str) -> Parsed<()> {
         let word = self.text(keyword)?;
         if word.eq_ignore_ascii_case(keyword) {
             return Ok(());
@@ -157,14 +157,14 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as a number.
-    pub(super) fn number<T: FromStr>(&mut self, what: &str) -> Parsed<T> {
+    pub(crate) fn number<T: FromStr>(&mut self, what: &str) -> Parsed<T> {
         let word = self.text(what)?;
         word.parse()
             .map_err(|_| self.flaw(format!("expected {what}, found {}", shown(word.as_bytes()))))
     }
 
     /// The next `length` bytes.
-    pub(super) fn take(&mut self, length: usize, what: &str) -> Parsed<&'a [u8]> {
+    pub(crate) fn take(&mut self, length: usize, what: &str) -> Parsed<&'a [u8]> {
         self.last = self.at;
         self.last_was_binary = true;
         let rest = self.rest();
@@ -179,7 +179,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A finite real.
-    pub(super) fn real(&mut self, encoding: Encoding, kind: Scalar, what: &str) -> Parsed<f64> {
+    pub(crate) fn real(&mut self, encoding: Encoding, kind: Scalar, what: &str) -> Parsed<f64> {
         let value: f64 = match encoding {
             Encoding::Text => self.number(what)?,
             Encoding::Binary(endian) => kind.real(self.take(kind.size(), what)?, endian),
@@ -191,7 +191,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A whole number.
-    pub(super) fn integer(&mut self, encoding: Encoding, kind: Scalar, what: &str) -> Parsed<i64> {
+    pub(crate) fn integer(&mut self, encoding: Encoding, kind: Scalar, what: &str) -> Parsed<i64> {
         match encoding {
             Encoding::Text => self.number(what),
             Encoding::Binary(endian) => {
@@ -203,7 +203,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A coordinate triple.
-    pub(super) fn point(&mut self, encoding: Encoding, kind: Scalar) -> Parsed<Vector3<f64>> {
+    pub(crate) fn point(&mut self, encoding: Encoding, kind: Scalar) -> Parsed<Vector3<f64>> {
         let mut point = Vector3::zeros();
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             point[axis] = self.real(encoding, kind, name)?;
@@ -212,7 +212,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A vertex number counted from `base`, of `vertices` that there are; the result counts from 0.
-    pub(super) fn vertex(
+    pub(crate) fn vertex(
         &mut self,
         encoding: Encoding,
         kind: Scalar,
@@ -224,7 +224,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `number`, counted from `base`, as an index below `length`.
-    pub(super) fn in_range(
+    pub(crate) fn in_range(
         &self,
         number: i64,
         base: i64,
@@ -243,7 +243,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A claimed count, believed only if so many things of at least `least` bytes can follow.
-    pub(super) fn claim(&self, count: i64, least: usize, what: &str) -> Parsed<usize> {
+    pub(crate) fn claim(&self, count: i64, least: usize, what: &str) -> Parsed<usize> {
         let refuse = |why: String| self.flaw(format!("{count} {what} are claimed, but {why}"));
         let count = usize::try_from(count).map_err(|_| refuse("no count is negative".into()))?;
         match count.checked_mul(least) {
@@ -253,14 +253,14 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as the count of things of at least `least` bytes each.
-    pub(super) fn count(&mut self, least: usize, what: &str) -> Parsed<usize> {
+    pub(crate) fn count(&mut self, least: usize, what: &str) -> Parsed<usize> {
         let count = self.number(&format!("the number of {what}"))?;
         self.claim(count, least, what)
     }
 }
 
 /// The least bytes that one number takes: what a claimed count must be covered by.
-pub(super) fn least_size(encoding: Encoding, kind: Scalar) -> usize {
+pub(crate) fn least_size(encoding: Encoding, kind: Scalar) -> usize {
     match encoding {
         Encoding::Text => 1,
         Encoding::Binary(_) => kind.size(),
@@ -268,7 +268,7 @@ pub(super) fn least_size(encoding: Encoding, kind: Scalar) -> usize {
 }
 
 /// A word for an error message: readable and short.
-pub(super) fn shown(word: &[u8]) -> String {
+pub(crate) fn shown(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
     let more = if word.len() > LONGEST { "…" } else { "" };

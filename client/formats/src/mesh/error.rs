@@ -50,21 +50,21 @@ pub enum MeshFileError {
 
 /// A content error before the file's name is known.
 #[derive(Debug)]
-pub(super) struct Flaw {
-    pub(super) place: Place,
-    pub(super) reason: String,
+pub(crate) struct Flaw {
+    pub(crate) place: Place,
+    pub(crate) reason: String,
 }
 
 impl Flaw {
     /// A flaw of the file as a whole.
-    pub(super) fn whole(reason: impl Into<String>) -> Self {
+    pub(crate) fn whole(reason: impl Into<String>) -> Self {
         Self {
             place: Place::File,
             reason: reason.into(),
         }
     }
 
-    pub(super) fn of(self, file: &str) -> MeshFileError {
+    pub(crate) fn of(self, file: &str) -> MeshFileError {
         MeshFileError::Content {
             file: file.to_owned(),
             place: self.place,
@@ -73,4 +73,4 @@ impl Flaw {
     }
 }
 
-pub(super) type Parsed<T> = Result<T, Flaw>;
+pub(crate) type Parsed<T> = Result<T, Flaw>;

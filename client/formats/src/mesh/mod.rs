@@ -9,8 +9,8 @@
 //! ```
 
 mod assembly;
-mod cursor;
-mod error;
+pub(crate) mod cursor;
+pub(crate) mod error;
 mod format;
 mod glb;
 mod gmsh;
@@ -22,8 +22,8 @@ mod mfem;
 mod obj;
 mod off;
 mod ovm;
-mod ply;
-mod scalar;
+pub(crate) mod ply;
+pub(crate) mod scalar;
 mod shell;
 mod stl;
 mod tetgen;

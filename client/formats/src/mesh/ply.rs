@@ -20,7 +20,7 @@ struct Element {
     properties: Vec<Property>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Parsed<Assembly> {
+pub(crate) fn parse(bytes: &[u8]) -> Parsed<Assembly> {
     let mut cursor = Cursor::new(bytes);
     cursor.keyword("ply")?;
     let (encoding, elements) = header(&mut cursor)?;

@@ -2,21 +2,21 @@
 
 /// Which byte of a binary number comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Endian {
+pub(crate) enum Endian {
     Little,
     Big,
 }
 
 /// How the numbers of a section are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(crate) enum Encoding {
     Text,
     Binary(Endian),
 }
 
 /// The kind of a binary number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,
@@ -31,7 +31,7 @@ pub(super) enum Scalar {
 
 impl Scalar {
     /// Bytes of one number.
-    pub(super) fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -45,7 +45,7 @@ impl Scalar {
         clippy::cast_precision_loss,
         reason = "a coordinate stored as a 64-bit integer has no better real"
     )]
-    pub(super) fn real(self, bytes: &[u8], endian: Endian) -> f64 {
+    pub(crate) fn real(self, bytes: &[u8], endian: Endian) -> f64 {
         let bits = bits(bytes, endian);
         match self {
             Self::F32 => f64::from(f32::from_bits(u32::try_from(bits).unwrap_or_default())),
@@ -58,7 +58,7 @@ impl Scalar {
     }
 
     /// The whole number in `bytes`, which are exactly `self.size()` long; `None` for reals and beyond `i64`.
-    pub(super) fn integer(self, bytes: &[u8], endian: Endian) -> Option<i64> {
+    pub(crate) fn integer(self, bytes: &[u8], endian: Endian) -> Option<i64> {
         let bits = bits(bytes, endian);
         match self {
             Self::F32 | Self::F64 => None,

@@ -281,7 +281,7 @@ type Spoil = (fn(&mut Scene), &'static str, &'static str);
 fn points(scene: &mut Scene) -> &mut ExternalPoints {
     match &mut scene.motion {
         Motion::External(points) => points,
-        Motion::Particles(_) | Motion::MassSpring(_) => {
+        Motion::Particles(_) | Motion::MassSpring(_) | Motion::Elastic(_) => {
             unreachable!("the cube's points are external")
         }
     }

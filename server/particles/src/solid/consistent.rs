@@ -11,7 +11,7 @@ const CONE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const EVEN: f64 = 1e-6;
 /// What is left of the pushes, as a fraction of their start, and the most iterations.
 const ENOUGH: f64 = 1e-12;
-const ITERATIONS: usize = 400;
+const ITERATIONS: usize = 200;
 
 impl Stencils {
     /// Adds to the gradients the least that makes `Σ_i (V_i g_ij − V_j g_ji)` vanish at inner particles, and changes no

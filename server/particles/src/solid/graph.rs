@@ -163,26 +163,29 @@ impl Graph {
         self.start.len() - 1
     }
 
-    /// The number of pieces that hang together, particles alone counted.
-    pub(super) fn components(&self) -> usize {
-        let mut seen = vec![false; self.len()];
-        let mut pieces = 0;
+    /// For each particle the piece that it hangs together with, from 0 in the order of their first particles.
+    pub(super) fn pieces(&self) -> Vec<u32> {
+        let mut of: Vec<Option<u32>> = vec![None; self.len()];
+        let mut open = Vec::new();
+        let mut piece = 0;
         for first in 0..self.len() {
-            if std::mem::replace(&mut seen[first], true) {
+            if of[first].is_some() {
                 continue;
             }
-            pieces += 1;
-            let mut open = vec![first];
+            of[first] = Some(piece);
+            open.push(first);
             while let Some(i) = open.pop() {
                 for arc in self.row(i) {
                     let to = arc.to as usize;
-                    if !std::mem::replace(&mut seen[to], true) {
+                    if of[to].is_none() {
+                        of[to] = Some(piece);
                         open.push(to);
                     }
                 }
             }
+            piece += 1;
         }
-        pieces
+        of.into_iter().flatten().collect()
     }
 }
 

@@ -6,11 +6,13 @@ mod graph;
 mod material;
 mod spec;
 mod stencil;
+mod survey;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 pub use spec::{Dimension, Integration, Material, MaterialLaw, Metric, Reach, SolidSpec};
+pub use survey::Survey;
 
 use self::{
     graph::Places,
@@ -20,7 +22,7 @@ use self::{
 use crate::{SpecError, check, rows::for_each_block};
 
 /// Iterations of the power method, and what it may still be short of.
-const POWER: usize = 60;
+const POWER: usize = 40;
 const SHORT: f64 = 1.05;
 /// Particles per task.
 const TASK: usize = 256;
@@ -138,7 +140,7 @@ impl Solid {
         SolidReport {
             neighbours,
             ranks,
-            components: self.stencils.components,
+            components: self.stencils.components(),
         }
     }
 
@@ -293,15 +295,12 @@ impl Solid {
                 break;
             }
             let scale = small / most;
-            let at = |sign: f64| -> Vec<Vector3<f64>> {
-                let moved = self.rest.iter().zip(&mode);
-                moved.map(|(x, m)| x + m * (sign * scale)).collect()
-            };
-            let [ahead, behind] = [at(1.0), at(-1.0)];
-            let [ahead, behind] = [self.forces(&ahead), self.forces(&behind)];
-            let accelerations = (ahead.iter().zip(&behind).zip(&self.masses))
-                .map(|((ahead, behind), mass)| (behind - ahead) / (2.0 * scale * mass));
-            let next: Vec<_> = accelerations.collect();
+            let moved = self.rest.iter().zip(&mode);
+            let moved: Vec<_> = moved.map(|(x, m)| x + m * scale).collect();
+            // At rest there is no force.
+            let forces = self.forces(&moved);
+            let accelerations = forces.iter().zip(&self.masses);
+            let next: Vec<_> = accelerations.map(|(f, mass)| -f / (scale * mass)).collect();
             let norm = |column: &[Vector3<f64>]| {
                 let terms = column.iter().zip(&self.masses);
                 terms

@@ -177,12 +177,15 @@ impl Metric {
         let at_least_one = |value: f64| value.is_finite() && value >= 1.0;
         let rule = "finite and at least 1";
         match self {
-            Self::Geodesic { exponent } => {
-                check::number("solid.metric.exponent", exponent, at_least_one, rule)
-            }
+            Self::Geodesic { exponent } => check::number(
+                "solid.metric.geodesic.exponent",
+                exponent,
+                at_least_one,
+                rule,
+            ),
             Self::Graded { gap, exponent } => {
-                check::number("solid.metric.gap", gap, positive, POSITIVE)?;
-                check::number("solid.metric.exponent", exponent, at_least_one, rule)
+                check::number("solid.metric.graded.gap", gap, positive, POSITIVE)?;
+                check::number("solid.metric.graded.exponent", exponent, at_least_one, rule)
             }
         }
     }

@@ -32,8 +32,8 @@ pub(crate) struct Stencils {
     /// Slots in which a particle is the other: of particle j from `incoming_start[j]` on.
     pub(crate) incoming_start: Vec<usize>,
     pub(crate) incoming: Vec<u32>,
-    /// Pieces that the body consists of.
-    pub(crate) components: usize,
+    /// The piece that each particle hangs together with, from 0.
+    pub(crate) pieces: Vec<u32>,
 }
 
 /// What a particle sees of the directions of space.
@@ -92,14 +92,10 @@ impl Stencils {
                 |search, (i, seen)| grow.until_seen(search, i, seen, reach[i]),
             )
             .collect();
-        Self::gather(rows, places.positions, graph.components())
+        Self::gather(rows, places.positions, graph.pieces())
     }
 
-    fn gather(
-        rows: Vec<(Vec<Seen>, Sight)>,
-        positions: &[Vector3<f64>],
-        components: usize,
-    ) -> Self {
+    fn gather(rows: Vec<(Vec<Seen>, Sight)>, positions: &[Vector3<f64>], pieces: Vec<u32>) -> Self {
         let mut start = vec![0];
         start.extend(rows.iter().scan(0, |end, (row, _)| {
             *end += row.len();
@@ -115,7 +111,7 @@ impl Stencils {
             sight: Vec::with_capacity(rows.len()),
             incoming_start: Vec::new(),
             incoming: Vec::new(),
-            components,
+            pieces,
         };
         for (i, (row, sight)) in rows.into_iter().enumerate() {
             for (other, distance) in row {
@@ -149,6 +145,14 @@ impl Stencils {
             *at += 1;
         }
         self.incoming_start = start;
+    }
+
+    /// Pieces that nothing holds together, particles alone counted.
+    pub(super) fn components(&self) -> usize {
+        self.pieces
+            .iter()
+            .max()
+            .map_or(0, |last| *last as usize + 1)
     }
 
     /// The slots of a particle.

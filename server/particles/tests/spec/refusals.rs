@@ -407,9 +407,11 @@ fn every_value_of_a_solid_is_checked() {
     case("solid.volumes[2]", &|s| {
         s.volumes = Some(vec![1.0, 1.0, 0.0])
     });
-    case("solid.metric.gap", &|s| s.metric = metric(0.0, 6.0));
-    case("solid.metric.exponent", &|s| s.metric = metric(1.8, 0.5));
-    case("solid.metric.exponent", &|s| {
+    case("solid.metric.graded.gap", &|s| s.metric = metric(0.0, 6.0));
+    case("solid.metric.graded.exponent", &|s| {
+        s.metric = metric(1.8, 0.5)
+    });
+    case("solid.metric.geodesic.exponent", &|s| {
         s.metric = Metric::Geodesic {
             exponent: f64::INFINITY,
         }

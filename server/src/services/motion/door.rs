@@ -3,13 +3,13 @@
 use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use nalgebra::Vector3;
-use sinew_engine::{MotionSample, UpAxis};
+use sinew_engine::{Drag, MotionSample, UpAxis};
 use sinew_proto::v1;
 
 use crate::{
     convert,
     error::{ServiceError, invalid},
-    inbox::Delivery,
+    inbox::{Delivery, Drags},
 };
 
 /// Bits of a point's flag byte that say that its position is none: occluded, unlabelled.
@@ -67,7 +67,13 @@ impl Door {
             positions,
             flags,
             source_sequence,
+            drags,
         } = frame;
+        if !drags.is_empty() {
+            let problem = format!("has {} entries for points that are streamed", drags.len());
+            let remedy = "send their positions; drags are for particles";
+            return Err(invalid("CONFLICT", "frame.drags", problem, remedy));
+        }
         let positions = convert::vectors(positions.as_ref(), "frame.positions")?;
         self.check_length("frame.positions", positions.len())?;
         if !flags.is_empty() {
@@ -105,6 +111,40 @@ impl Door {
             positions,
             seen,
         }))
+    }
+
+    /// Checks the drags of a frame for a session of particles; `None` where it came before.
+    pub(super) fn admit_drags(
+        &mut self,
+        frame: v1::MotionFrame,
+        labels: &[String],
+    ) -> Result<Option<Drags>> {
+        if frame.positions.is_some_and(|given| !given.is_empty()) || !frame.flags.is_empty() {
+            return Err(ServiceError::MotionNotExternal);
+        }
+        let drag = |(i, given): (usize, v1::Drag)| {
+            let field = |name: &str| format!("frame.drags[{i}].{name}");
+            let point = convert::point(&given.point, labels, &field("point"))?;
+            let place = |v1::Vector3 { x, y, z }| {
+                self.unit * turned(Vector3::new(x, y, z), self.axes, self.up)
+            };
+            let target = given.position.map(place);
+            match target {
+                Some(place) if !place.iter().all(|x| x.abs() <= LARGEST) => Err(invalid(
+                    "VALUE_NOT_FINITE",
+                    field("position"),
+                    format!("is {:?} in frame {}", place.as_slice(), frame.sequence),
+                    "send finite metres, or no position to let the point go",
+                )),
+                Some(_) | None => Ok(Drag { point, target }),
+            }
+        };
+        let drags = frame.drags.into_iter().enumerate().map(drag);
+        let drags = drags.collect::<Result<_>>()?;
+        check_time("frame.capture_time_seconds", frame.capture_time_seconds)?;
+        let step = frame.sequence;
+        let new = self.is_new(step, frame.capture_time_seconds)?;
+        Ok(new.then_some(Drags { step, drags }))
     }
 
     fn check_length(&self, field: &str, found: usize) -> Result<()> {

@@ -3,7 +3,7 @@
 use std::{pin::Pin, sync::Arc};
 
 use futures::{Stream, stream};
-use sinew_engine::MotionSample;
+use sinew_engine::{Drag, MotionSample};
 use sinew_proto::v1::{self, Precision, Reals, record_motion_response::Item};
 use tokio::sync::{
     broadcast::{self, error::RecvError},
@@ -25,9 +25,6 @@ pub(super) type Records =
 
 /// The record of a session from now on.
 pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> {
-    if !entry.external {
-        return Err(ServiceError::MotionNotExternal);
-    }
     // First listen, then ask: nothing falls between.
     let given = entry.handle.outlets.inputs.listen();
     let (_, end) = entry.handle.outlets.subscribe();
@@ -42,6 +39,7 @@ pub(super) async fn records(entry: Arc<Entry>) -> Result<Records, ServiceError> 
         after: report.inputs,
         given,
         end,
+        entry,
     };
     let first = stream::iter([Ok(Item::Start(start))]);
     let rest = stream::unfold(Some(recorder), async |recorder| recorder?.next().await);
@@ -57,6 +55,7 @@ struct Recorder {
     after: u64,
     given: broadcast::Receiver<Given>,
     end: watch::Receiver<Option<End>>,
+    entry: Arc<Entry>,
 }
 
 impl Recorder {
@@ -69,7 +68,10 @@ impl Recorder {
             };
             match given {
                 Ok(given) if given.number <= self.after => {}
-                Ok(Given { input, .. }) => return Some((Ok(item(&input)), Some(self))),
+                Ok(Given { input, .. }) => {
+                    let item = item(&input, &self.entry.labels);
+                    return Some((Ok(item), Some(self)));
+                }
                 Err(RecvError::Lagged(_)) => {
                     return Some((Err(ServiceError::SubscriberTooSlow), None));
                 }
@@ -79,9 +81,14 @@ impl Recorder {
     }
 }
 
-fn item(input: &Input) -> Item {
+fn item(input: &Input, labels: &[String]) -> Item {
     match input {
         Input::Motion { step, sample } => Item::Frame(frame(*step, sample)),
+        Input::Drags { step, drags } => Item::Frame(v1::MotionFrame {
+            sequence: *step,
+            drags: drags.iter().map(|drag| told(drag, labels)).collect(),
+            ..v1::MotionFrame::default()
+        }),
         Input::Mapping {
             mapping,
             blend_seconds,
@@ -91,6 +98,17 @@ fn item(input: &Input) -> Item {
         }),
         Input::Edits(edits) => Item::Edits(v1::RecordedEdits {
             edits: edits.to_vec(),
+        }),
+    }
+}
+
+fn told(drag: &Drag, labels: &[String]) -> v1::Drag {
+    v1::Drag {
+        point: labels[drag.point as usize].clone(),
+        position: drag.target.map(|target| v1::Vector3 {
+            x: target.x,
+            y: target.y,
+            z: target.z,
         }),
     }
 }
@@ -109,5 +127,6 @@ fn frame(step: u64, sample: &MotionSample) -> v1::MotionFrame {
         )),
         flags,
         source_sequence: Some(sample.sequence),
+        drags: Vec::new(),
     }
 }

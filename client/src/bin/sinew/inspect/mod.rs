@@ -1,5 +1,6 @@
 //! `sinew inspect`: what a file holds.
 
+mod cloud;
 mod mesh;
 mod take;
 
@@ -9,11 +10,14 @@ use clap::Args;
 
 use crate::Failure;
 
-/// Shows what a mesh or a take holds and what is wrong with it, with the ids of cells and vertices.
+/// Shows what a mesh, a take or a cloud of points holds and what is wrong with it, with the ids of cells, vertices and
+/// points.
 #[derive(Args)]
 #[command(after_help = "Examples:
   sinew inspect walk.c3d                       points, rate, gaps
   sinew inspect walk.c3d --gaps                when each point is seen, as a picture
+  sinew inspect scan.ply                       points without faces: spacing, pieces, outliers, twins
+  sinew inspect scan.csv --cloud               the same of a table, which else is a take
   sinew inspect liver.msh                      cells, volume, inverted and degenerate cells
   sinew inspect liver.msh --json               the same for programs
   sinew inspect liver.msh --repair liver.vtu   writes it repaired: all cells the right way out, none degenerate")]
@@ -22,6 +26,9 @@ pub(crate) struct Arguments {
     /// MOT, STO, the CSV and TSV exports of Motive, Nexus and Qualisys, plain tables, LAMMPS dumps, XYZ, GSD).
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Take the file for a cloud of points: PLY, CSV, XYZ or BGEO.
+    #[arg(long, conflicts_with_all = ["gaps", "repair"])]
+    cloud: bool,
     /// Print JSON, with all ids.
     #[arg(long)]
     json: bool,
@@ -31,13 +38,16 @@ pub(crate) struct Arguments {
     /// Write the mesh, repaired, to a .vtk or .vtu file.
     #[arg(long, value_name = "OUT")]
     repair: Option<PathBuf>,
-    /// Metres per unit of length in a take. Without it: what the file says; centimetres for BVH, which says nothing.
+    /// Metres per unit of length in a take or a cloud. Without it: what the file says; centimetres for BVH, which says
+    /// nothing.
     #[arg(long, value_name = "METRES")]
     unit_scale: Option<f64>,
 }
 
 pub(crate) fn inspect(arguments: &Arguments) -> Result<(), Failure> {
-    if sinew_formats::take::Format::of(&arguments.file).is_some() {
+    if arguments.cloud || sinew_formats::cloud::is_one(&arguments.file)? {
+        cloud::inspect(arguments)
+    } else if sinew_formats::take::Format::of(&arguments.file).is_some() {
         if arguments.repair.is_some() {
             return Err("--repair is for meshes; this is a take".into());
         }

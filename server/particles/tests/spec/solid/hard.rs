@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use sinew_particles::{
-    Dimension, Integrator, MaterialLaw, Metric, Solid, SolidSpec, Stepping, System, SystemSpec,
+    Dimension, Integrator, MaterialLaw, Metric, Solid, SolidSpec, Stepping, Survey, System,
+    SystemSpec,
 };
 
 use super::{block, material, shaken};
@@ -217,6 +218,23 @@ fn points_alone_twins_lines_and_pieces_are_counted_and_push_no_one_wrongly() {
         assert_eq!(forces[125], Vector3::zeros());
         assert!(solid.energy(&moved).is_finite());
     }
+}
+
+#[test]
+fn a_survey_names_twins_outliers_pieces_and_sparse_points() {
+    let mut positions = block([5, 5, 5], 0.1);
+    positions.push(Vector3::new(9.0, 0.0, 0.0));
+    positions.push(positions[0]);
+    positions.extend(block([3, 3, 3], 0.1).iter().map(|x| x + Vector3::y() * 2.0));
+    positions.extend((0..9).map(|k| Vector3::new(0.0, 5.0 + 0.1 * f64::from(k), 0.0)));
+    let survey = Survey::new(&positions, Dimension::Space, 1.9).unwrap();
+    assert_eq!(survey.twins, [[0, 126]]);
+    assert_eq!(survey.pieces, [126, 27, 9]);
+    assert_eq!(survey.outliers, [125]);
+    assert_eq!(survey.sparse, (154..163).collect::<Vec<u32>>());
+    assert!((survey.spacing[1] - 0.1).abs() < 1e-12, "{survey:?}");
+    let wrong = Survey::new(&positions, Dimension::Plane, 1.9).unwrap_err();
+    assert_eq!(wrong.field, "positions[25].z");
 }
 
 #[test]
