@@ -83,23 +83,95 @@ impl Peers {
             .collect::<Result<_, _>>()?)
     }
 
+    /// Runs a LAMMPS script whose first run is not counted.
+    ///
+    /// # Errors
+    /// Where it cannot be run, or does not say what it took.
+    pub(crate) fn lammps(
+        &self,
+        script: &str,
+        arguments: &[&str],
+        threads: usize,
+    ) -> Result<Lammps, Failure> {
+        let program = self.folder.join("venv/bin/lmp");
+        let file = std::env::temp_dir().join(format!("sinew-report-{}.lmp", std::process::id()));
+        fs::write(&file, script)?;
+        let output = Command::new(&program)
+            .args(["-log", "none", "-in"])
+            .arg(&file)
+            .args(arguments)
+            .env("OMP_NUM_THREADS", threads.to_string())
+            .current_dir(&self.folder)
+            .output()
+            .map_err(|error| format!("cannot run {}: {error}", program.display()));
+        fs::remove_file(&file)?;
+        Lammps::read(&String::from_utf8_lossy(&output?.stdout))
+    }
+
     /// Reads positions from a file of little-endian f64 in the peers' `data`.
     ///
     /// # Errors
     /// Where it cannot be read or ends within a position.
     pub(crate) fn positions(&self, name: &str) -> Result<Vec<Vector3<f64>>, Failure> {
-        let path = self.folder.join("data").join(name);
-        let bytes = read(&path)?;
-        let (numbers, rest) = bytes.as_chunks::<8>();
-        let numbers: Vec<f64> = numbers
-            .iter()
-            .map(|bytes| f64::from_le_bytes(*bytes))
-            .collect();
+        let numbers = self.numbers(name, f64::from_le_bytes)?;
         let (positions, more) = numbers.as_chunks::<3>();
-        if !rest.is_empty() || !more.is_empty() {
-            return Err(format!("{} ends within a position", path.display()).into());
+        if !more.is_empty() {
+            return Err(format!("{name} ends within a position").into());
         }
         Ok(positions.iter().map(|p| Vector3::from(*p)).collect())
+    }
+
+    /// Reads numbers of `N` bytes each from a file in the peers' `data`.
+    ///
+    /// # Errors
+    /// Where it cannot be read or ends within a number.
+    pub(crate) fn numbers<T, const N: usize>(
+        &self,
+        name: &str,
+        number: fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, Failure> {
+        let bytes = read(&self.folder.join("data").join(name))?;
+        let (numbers, rest) = bytes.as_chunks::<N>();
+        if !rest.is_empty() {
+            return Err(format!("{name} ends within a number").into());
+        }
+        Ok(numbers.iter().map(|bytes| number(*bytes)).collect())
+    }
+}
+
+/// What LAMMPS says of its runs.
+pub(crate) struct Lammps {
+    /// Of each run but the first.
+    pub(crate) seconds: Vec<f64>,
+    /// Per particle after the first run.
+    pub(crate) energy: f64,
+}
+
+impl Lammps {
+    fn read(said: &str) -> Result<Self, Failure> {
+        let mut lines = said
+            .lines()
+            .map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let mut seconds = Vec::new();
+        let mut energy = None;
+        let mut last = Vec::new();
+        for words in &mut lines {
+            if let ["Loop", "time", "of", time, ..] = words[..] {
+                energy = energy.or(last.get(1).and_then(|word: &&str| word.parse().ok()));
+                seconds.push(time.parse::<f64>()?);
+            }
+            last = words;
+        }
+        match energy {
+            Some(energy) if seconds.len() > 1 => {
+                seconds.remove(0);
+                Ok(Self { seconds, energy })
+            }
+            _ => {
+                let last = said.lines().last().unwrap_or("nothing");
+                Err(format!("LAMMPS did not run, and said: {last}").into())
+            }
+        }
     }
 }
 

@@ -6,7 +6,9 @@ mod fits;
 mod flood;
 mod hard;
 mod mapping;
+mod oriented;
 mod paper;
+mod particles;
 mod precision;
 mod presets;
 mod rbf;
@@ -15,7 +17,7 @@ mod topology;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 12] = [
+pub(crate) const ALL: [Section; 14] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
@@ -26,6 +28,8 @@ pub(crate) const ALL: [Section; 12] = [
     capture::SECTION,
     precision::SECTION,
     scaling::SECTION,
+    particles::SECTION,
+    oriented::SECTION,
     topology::SECTION,
     paper::SECTION,
 ];
