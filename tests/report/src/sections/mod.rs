@@ -2,6 +2,7 @@
 
 mod capture;
 mod drift;
+mod elastic;
 mod fits;
 mod flood;
 mod hard;
@@ -17,7 +18,7 @@ mod topology;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 14] = [
+pub(crate) const ALL: [Section; 15] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
@@ -30,6 +31,7 @@ pub(crate) const ALL: [Section; 14] = [
     scaling::SECTION,
     particles::SECTION,
     oriented::SECTION,
+    elastic::SECTION,
     topology::SECTION,
     paper::SECTION,
 ];
