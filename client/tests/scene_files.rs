@@ -180,6 +180,18 @@ fn the_scenes_shipped_with_sinew_load() {
     assert_eq!(external(&walk.scene).labels.len(), 144);
     let bridge = SceneFile::load(&folder.join("bridge.toml")).unwrap();
     assert!(bridge.take.is_none() && bridge.warnings.is_empty());
+    let scenes = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let ball = SceneFile::load(&scenes.join("ball.toml")).unwrap();
+    let Some(v1::motion::Source::Particles(particles)) = ball.scene.motion.unwrap().source else {
+        panic!("particles");
+    };
+    let surface = particles.surface.unwrap();
+    assert!(surface.file.is_empty(), "resolved");
+    assert_eq!(surface.triangles.unwrap().unpack().unwrap().len(), 3 * 320);
+    assert_eq!(
+        particles.positions.unwrap().unpack().unwrap().len(),
+        3 * 162
+    );
 }
 
 #[test]

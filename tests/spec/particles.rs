@@ -164,6 +164,68 @@ fn orientations_travel_as_w_x_y_z_and_points_without_any_have_none() {
     });
 }
 
+/// Points of a ball of radius 1, spread by the golden angle, and the surface that they lie on.
+fn ball() -> Scene {
+    let at = |i: u32| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 200.0;
+        let (sin, cos) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+        let side = (1.0 - z * z).sqrt();
+        [side * cos, side * sin, z]
+    };
+    let positions: Vec<f64> = (0..200).flat_map(at).collect();
+    let mut scene = spinning();
+    let particles = given(&mut scene);
+    particles.positions = Some(scenes::reals(&positions));
+    particles.surface = Some(v1::Surface {
+        reach: 0.7,
+        ..v1::Surface::default()
+    });
+    particles.frames.as_mut().unwrap().spins = None;
+    scene
+}
+
+#[test]
+fn bodies_of_a_surface_have_its_normals_and_what_is_none_is_refused() {
+    live(async {
+        let server = TestServer::start().await;
+        let session = server.create("ball", ball()).await;
+        let mut watcher = session.watch().await;
+        let frame = watcher.keyframe().await.frame.unwrap();
+        let turns = frame.orientations.as_ref().unwrap().unpack().unwrap();
+        for (x, [w, i, j, k]) in points(&frame).iter().zip(turns.as_chunks::<4>().0) {
+            // The body's x axis in the world.
+            let normal = [
+                1.0 - 2.0 * (j * j + k * k),
+                2.0 * (i * j + w * k),
+                2.0 * (i * k - w * j),
+            ];
+            assert!(distance(normal, *x) < 0.02, "{normal:?} at {x:?}");
+        }
+        type Case = (fn(&mut v1::Surface), &'static str, &'static str);
+        let faults: [Case; 3] = [
+            (|s| s.reach = 0.0, "VALUE_OUT_OF_RANGE", "reach"),
+            (
+                |s| s.triangles = Some(Indices::pack(&[0, 1])),
+                "LENGTH_MISMATCH",
+                "triangles",
+            ),
+            (
+                |s| s.file = "ball.obj".to_owned(),
+                "FILE_NOT_RESOLVED",
+                "file",
+            ),
+        ];
+        for (spoil, reason, field) in faults {
+            let mut scene = ball();
+            spoil(given(&mut scene).surface.as_mut().unwrap());
+            let answer = server.try_create(scenes::creation(scene)).await;
+            let refusal = refused(answer, Code::InvalidArgument, reason);
+            let path = format!("scene.motion.particles.surface.{field}");
+            assert!(format!("{refusal:?}").contains(&path), "{refusal:?}");
+        }
+    });
+}
+
 fn given(scene: &mut Scene) -> &mut Particles {
     match &mut scene.motion.as_mut().unwrap().source {
         Some(motion::Source::Particles(particles)) => particles,

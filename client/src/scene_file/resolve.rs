@@ -7,7 +7,7 @@ use sinew_formats::{
     cloud, mesh,
     take::{self, Take, Up},
 };
-use sinew_mesh::CellShape;
+use sinew_mesh::{CellShape, Grid};
 use sinew_proto::v1::{self, Indices, Precision, Reals, elastic_solid::Cloud};
 
 use super::{SceneFile, SceneFileError};
@@ -46,6 +46,14 @@ pub(super) fn files(scene: v1::Scene, path: &Path) -> Result<SceneFile, SceneFil
             solid.cloud = Some(Cloud::Positions(positions));
             file.warnings.extend(warnings);
         }
+    }
+    if let Some((name, unit)) = surface_file(&file.scene) {
+        let unit = unit_scale(unit)
+            .map_err(|problem| refuse("motion.particles.surface.file_unit_metres", problem))?;
+        let loaded = mesh::read(&folder.join(name))
+            .map_err(|error| refuse("motion.particles.surface.file", error.to_string()))?;
+        file.warnings.extend(loaded.warnings);
+        file.lay(&loaded.grid, unit.unwrap_or(1.0));
     }
     if let Some((name, unit)) = mesh_file(&file.scene) {
         let unit = unit_scale(unit).map_err(|problem| refuse("mesh.file_unit_metres", problem))?;
@@ -130,6 +138,18 @@ fn cloud(solid: &mut v1::ElasticSolid, folder: &Path) -> Result<Option<Points>, 
     }))
 }
 
+fn surface_file(scene: &v1::Scene) -> Option<(&str, f64)> {
+    match scene.motion.as_ref()?.source.as_ref()? {
+        v1::motion::Source::Particles(particles) => {
+            let surface = particles.surface.as_ref()?;
+            Some((&*surface.file, surface.file_unit_metres)).filter(|(name, _)| !name.is_empty())
+        }
+        v1::motion::Source::External(_)
+        | v1::motion::Source::MassSpring(_)
+        | v1::motion::Source::Elastic(_) => None,
+    }
+}
+
 fn mesh_file(scene: &v1::Scene) -> Option<(&str, f64)> {
     let mesh = scene.mesh.as_ref()?;
     match mesh.source.as_ref()? {
@@ -141,6 +161,31 @@ fn mesh_file(scene: &v1::Scene) -> Option<(&str, f64)> {
 }
 
 impl SceneFile {
+    /// Lays the particles on a surface: one on each of its points, or on all points where there is none.
+    fn lay(&mut self, grid: &Grid, unit: f64) {
+        let Some(v1::motion::Source::Particles(particles)) =
+            (self.scene.motion.as_mut()).and_then(|motion| motion.source.as_mut())
+        else {
+            return;
+        };
+        let surface = sinew_mesh::surface(&grid.cells);
+        let mut positions = match &surface.vertices[..] {
+            [] => grid.positions.clone(),
+            vertices => vertices
+                .iter()
+                .map(|&i| grid.positions[i as usize])
+                .collect(),
+        };
+        for position in &mut positions {
+            *position *= unit;
+        }
+        particles.positions = Some(Reals::pack(&flatten(&positions), Precision::F64));
+        let given = particles.surface.get_or_insert_default();
+        given.file.clear();
+        given.file_unit_metres = 0.0;
+        given.triangles = Some(Indices::pack(surface.triangles.as_flattened()));
+    }
+
     /// Fills from the take what the scene leaves open.
     pub(super) fn apply(&mut self, take: Take) {
         if let Some(v1::motion::Source::External(points)) = self

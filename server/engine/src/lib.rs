@@ -34,7 +34,7 @@ pub use sinew_particles::{
     Attraction, AttractionLaw, Dimension as SolidDimension, Driven, Elastic, EndingKind,
     ExternalForce, Form, FrameSpec, Gradient, Integration, Integrator, LinkLaw, Links, Material,
     MaterialLaw, Metric as SolidMetric, Normalisation, PairFriction, PairSpec, Reach, Repulsion,
-    SolidSpec, Stepping, SystemSpec, Track, Weighting as FormWeighting,
+    SolidSpec, Stepping, Surface, SystemSpec, Track, Weighting as FormWeighting, surface,
 };
 pub use sinew_tearing::{
     Answer, BodyError, Done, Effect, Facet, Patch, Refusal, Request, Seam, SeamKind,

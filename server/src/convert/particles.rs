@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use sinew_engine as engine;
 use sinew_proto::v1;
 
-use super::{Result, indices, known, missing, reals, vectors};
+use super::{Result, client_only, indices, known, missing, reals, vectors};
 use crate::error::invalid;
 
 const FIELD: &str = "scene.motion.particles";
@@ -47,6 +47,7 @@ pub(super) fn particles(given: v1::Particles) -> Result<engine::SystemSpec> {
     let field = |name: &str| format!("{FIELD}.{name}");
     let positions = vectors(given.positions.as_ref(), &field("positions"))?;
     let count = positions.len();
+    let surface = (given.surface.map(|given| surface(&given, &positions))).transpose()?;
     let velocities = each_vector(given.velocities.as_ref(), &field("velocities"), count)?;
     let masses = each(given.masses.as_ref(), &field("masses"), count)?;
     let links = given.links.into_iter().enumerate();
@@ -58,11 +59,17 @@ pub(super) fn particles(given: v1::Particles) -> Result<engine::SystemSpec> {
         forces: forces(given.forces, FIELD)?,
         gravity: vector(given.gravity),
         damping: given.damping,
-        frames: (given.frames.map(|given| frames(&given, count))).transpose()?,
+        frames: (given
+            .frames
+            .map(|given| frames(&given, count, surface.as_ref())))
+        .transpose()?,
         links: links
             .map(|(i, given)| links_of(given, &field(&format!("links[{i}]"))))
             .collect::<Result<_>>()?,
-        pairs: (given.pairs.map(|given| pair_spec(given, count))).transpose()?,
+        pairs: (given
+            .pairs
+            .map(|given| pair_spec(given, count, surface.as_ref())))
+        .transpose()?,
         solid: None,
         integrator: integrator(given.integrator, FIELD)?,
         stepping: stepping(given.stepping),
@@ -124,7 +131,45 @@ pub(super) fn stepping(given: Option<v1::Stepping>) -> engine::Stepping {
     }
 }
 
-fn frames(given: &v1::Frames, count: usize) -> Result<engine::FrameSpec> {
+/// Estimates the frames and curvatures of particles on a surface.
+fn surface(given: &v1::Surface, positions: &[Vector3<f64>]) -> Result<engine::Surface> {
+    let field = |name: &str| format!("{FIELD}.surface.{name}");
+    client_only(
+        &given.file,
+        given.file_unit_metres,
+        &format!("{FIELD}.surface"),
+    )?;
+    let corners = indices(given.triangles.as_ref(), &field("triangles"))?;
+    let (triangles, rest) = corners.as_chunks::<3>();
+    if !rest.is_empty() {
+        let problem = format!("has {} numbers", corners.len());
+        return Err(invalid(
+            "LENGTH_MISMATCH",
+            field("triangles"),
+            problem,
+            "give 3 corners for each triangle",
+        ));
+    }
+    engine::surface(positions, triangles, given.reach).map_err(|error| {
+        let name = error.field.split('[').next().unwrap_or_default();
+        let field = match name {
+            "points" => format!("{FIELD}.positions"),
+            name => field(name),
+        };
+        invalid(
+            "VALUE_OUT_OF_RANGE",
+            field,
+            error.fault,
+            "see the field's description",
+        )
+    })
+}
+
+fn frames(
+    given: &v1::Frames,
+    count: usize,
+    surface: Option<&engine::Surface>,
+) -> Result<engine::FrameSpec> {
     let field = |name: &str| format!("{FIELD}.frames.{name}");
     let orientations = tuples(
         given.orientations.as_ref(),
@@ -139,7 +184,10 @@ fn frames(given: &v1::Frames, count: usize) -> Result<engine::FrameSpec> {
     Ok(engine::FrameSpec {
         orientations: match orientations {
             Some(given) => given.into_iter().map(unit).collect(),
-            None => vec![UnitQuaternion::identity(); count],
+            None => surface.map_or_else(
+                || vec![UnitQuaternion::identity(); count],
+                |surface| surface.orientations.clone(),
+            ),
         },
         spins: spins.unwrap_or_else(|| vec![Vector3::zeros(); count]),
         moments: moments.unwrap_or_default(),
@@ -212,12 +260,16 @@ fn elastic(
     })
 }
 
-fn pair_spec(given: v1::Pairs, count: usize) -> Result<engine::PairSpec> {
+fn pair_spec(
+    given: v1::Pairs,
+    count: usize,
+    surface: Option<&engine::Surface>,
+) -> Result<engine::PairSpec> {
     let field = |name: &str| format!("{FIELD}.pairs.{name}");
     let bonds = given.bonds.as_ref();
     Ok(engine::PairSpec {
         attraction: (given.attraction.map(|given| attraction(given, count))).transpose()?,
-        form: (given.form.map(|given| form(&given, count))).transpose()?,
+        form: (given.form.map(|given| form(&given, count, surface))).transpose()?,
         friction: given.friction.map(|friction| engine::PairFriction {
             sliding: friction.sliding,
             turning: friction.turning,
@@ -278,7 +330,7 @@ fn attraction(given: v1::Attraction, count: usize) -> Result<engine::Attraction>
     })
 }
 
-fn form(given: &v1::Form, count: usize) -> Result<engine::Form> {
+fn form(given: &v1::Form, count: usize, surface: Option<&engine::Surface>) -> Result<engine::Form> {
     use v1::{Gradient, Normalisation, form::Weighting};
     let field = |name: &str| format!("{FIELD}.pairs.form.{name}");
     let along = "the curvatures along y and z";
@@ -288,7 +340,12 @@ fn form(given: &v1::Form, count: usize) -> Result<engine::Form> {
         coplanarity: given.coplanarity,
         conormality: given.conormality,
         cocircularity: given.cocircularity,
-        curvatures: broadcast(curvatures, count).unwrap_or_else(|| vec![[0.0; 2]; count]),
+        curvatures: broadcast(curvatures, count).unwrap_or_else(|| {
+            surface.map_or_else(
+                || vec![[0.0; 2]; count],
+                |surface| surface.curvatures.clone(),
+            )
+        }),
         weighting: match given.weighting {
             None => engine::FormWeighting::One,
             Some(Weighting::Gaussian(width)) => engine::FormWeighting::Gaussian { width },
