@@ -1,30 +1,12 @@
 //! The figures of the paper on motion/geometry mapping, as sweeps through a server: each shows what it is said to show.
-#![cfg(feature = "embedded")]
-
-use std::{net::SocketAddr, path::Path};
 
 use nalgebra::Vector3;
 use sinew_client::{
     Client,
     sweep::{Shot, Sweep, View},
 };
-use sinew_server::{Config, Server};
 
-async fn start() -> (Server, Client) {
-    let config = Config {
-        listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-        ..Config::default()
-    };
-    let server = Server::start(config).await.expect("a server");
-    let address = server.address().to_string();
-    let client = Client::connect(&address).await.expect("a client");
-    (server, client)
-}
-
-fn load(figure: &str) -> Sweep {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    Sweep::load(&scenes.join(figure)).expect("a sweep")
-}
+use crate::{load, start};
 
 /// A view's mesh and points at rest and at the end.
 async fn ends(client: &Client, sweep: &Sweep, view: &View) -> [Shot; 2] {

@@ -1,22 +1,9 @@
 //! The figures of the paper on motion/geometry mapping that tear, through a server: each shows what it is said to show.
-#![cfg(feature = "embedded")]
 
-use std::{net::SocketAddr, path::Path};
-
-use sinew_client::{Client, SceneFile, sweep::Sweep};
+use sinew_client::{Client, SceneFile};
 use sinew_proto::v1::{self, event::Kind};
-use sinew_server::{Config, Server};
 
-async fn start() -> (Server, Client) {
-    let config = Config {
-        listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-        ..Config::default()
-    };
-    let server = Server::start(config).await.expect("a server");
-    let address = server.address().to_string();
-    let client = Client::connect(&address).await.expect("a client");
-    (server, client)
-}
+use crate::{load, scenes, start};
 
 /// What a scene came to.
 struct Torn {
@@ -72,15 +59,13 @@ async fn torn(client: &Client, scene: v1::Scene, steps: u32) -> Torn {
 }
 
 async fn scene(client: &Client, file: &str) -> v1::Scene {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let file = SceneFile::load(&scenes.join(file)).expect("a scene");
+    let file = SceneFile::load(&scenes().join(file)).expect("a scene");
     file.scene_for(client).await.expect("a scene")
 }
 
 /// Each view of a sweep file.
 async fn views(client: &Client, file: &str) -> Vec<Torn> {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let sweep = Sweep::load(&scenes.join(file)).expect("a sweep");
+    let sweep = load(file);
     let mut views = Vec::new();
     for view in &sweep.views {
         let mut scene = sweep.scene.scene_for(client).await.expect("a scene");
