@@ -9,14 +9,17 @@ import signal
 import statistics
 import struct
 import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import grpc
 from google.protobuf.descriptor_pool import DescriptorPool
-from google.protobuf.json_format import ParseDict
-from google.protobuf.message_factory import GetMessageClass
 from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoReflectionDescriptorDatabase
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "generic_client"))
+from session import Service, check
 
 SPEED = 0.5  # m/s
 RATE = 100  # Hz
@@ -28,12 +31,6 @@ def start(command, **options):
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **options)
     atexit.register(process.kill)
     return process
-
-
-def check(truth, what):
-    print(("ok   " if truth else "FAIL ") + what, flush=True)
-    if not truth:
-        raise SystemExit(1)
 
 
 def wait_for(what, truth, seconds=20):
@@ -51,22 +48,6 @@ def paced(frames, rate=RATE):
     for i in range(frames):
         time.sleep(max(0.0, begun + i / rate - time.monotonic()))
         yield i, time.time()
-
-
-class Service:
-    def __init__(self, channel, pool, name):
-        self.channel, self.service, self.pool = channel, pool.FindServiceByName(name), pool
-
-    def call(self, method, request, stream=False):
-        found = self.service.methods_by_name[method]
-        ask, answer = (GetMessageClass(kind) for kind in (found.input_type, found.output_type))
-        make = self.channel.unary_stream if stream else self.channel.unary_unary
-        rpc = make(
-            f"/{self.service.full_name}/{method}",
-            request_serializer=ask.SerializeToString,
-            response_deserializer=answer.FromString,
-        )
-        return rpc(ParseDict(request, ask(), descriptor_pool=self.pool))
 
 
 class Seen:
@@ -151,7 +132,7 @@ class Watcher:
     def __init__(self, meshes, name):
         self.frames = []
         request = {"session": f"sessions/{name}", "content": "CONTENT_POINTS", "precision": "PRECISION_F64"}
-        self.stream = meshes.call("Subscribe", request, stream=True)
+        self.stream = meshes.call("Subscribe", request, stream=True, timeout=None)
         self.frames_of(next(iter(self.stream)))
         threading.Thread(target=self.run, daemon=True).start()
 

@@ -36,7 +36,7 @@ class Service:
     def __init__(self, channel, pool, name):
         self.channel, self.service, self.pool = channel, pool.FindServiceByName(name), pool
 
-    def call(self, method, request, stream=False):
+    def call(self, method, request, stream=False, timeout=20):
         found = self.service.methods_by_name[method]
         ask, answer = (GetMessageClass(kind) for kind in (found.input_type, found.output_type))
         make = self.channel.unary_stream if stream else self.channel.unary_unary
@@ -45,7 +45,7 @@ class Service:
             request_serializer=ask.SerializeToString,
             response_deserializer=answer.FromString,
         )
-        return rpc(ParseDict(request, ask(), descriptor_pool=self.pool), timeout=20)
+        return rpc(ParseDict(request, ask(), descriptor_pool=self.pool), timeout=timeout)
 
 
 def check(truth, what):
@@ -106,4 +106,5 @@ def main():
     check(code == 0, "the server stops in order")
 
 
-main()
+if __name__ == "__main__":
+    main()
