@@ -62,6 +62,10 @@ fn bombs() -> Vec<(&'static str, Vec<u8>)> {
     let mut points = FILES[1].1.to_vec();
     points[2..4].fill(0xff);
     points[6..10].copy_from_slice(&[1, 0, 0xff, 0xff]);
+    let mut frames = FILES[13].1.to_vec();
+    let entry = |index: usize| 256 + 32 * index; // of the index: frame, rows, …
+    frames[entry(2) + 8] = 47;
+    frames[entry(15)] = 120;
     let short_rows = format!(
         "PathFileType\nDataRate\tUnits\n1\tm\nFrame#\tTime{}\n\n{}",
         "\ta\t\t".repeat(20_000),
@@ -82,6 +86,7 @@ fn bombs() -> Vec<(&'static str, Vec<u8>)> {
     );
     vec![
         ("points.c3d", points),
+        ("frames.gsd", frames),
         ("short.trc", short_rows.into_bytes()),
         ("ends.bvh", ends.into_bytes()),
         ("channels.bvh", channels.into_bytes()),

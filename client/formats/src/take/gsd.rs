@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::error::{Fault, Place, check_samples};
-use super::particles::{Particles, record};
+use super::particles::recorder;
 use super::recording::finite;
 use super::{Format, Options, Take};
 
@@ -82,68 +82,83 @@ impl Chunk {
     }
 }
 
-/// The arrays of all frames, by frame and by name.
-type Frames<'a> = BTreeMap<u64, BTreeMap<&'a str, Chunk>>;
+/// The arrays that are read, and their places here.
+const ARRAYS: [&str; 3] = ["particles/position", "particles/image", "configuration/box"];
+const POSITION: usize = 0;
+const IMAGE: usize = 1;
+const BOX: usize = 2;
+
+/// Where the arrays of all frames are.
+struct Index {
+    frames: usize,
+    chunks: BTreeMap<(usize, usize), Chunk>, // by frame and place in ARRAYS
+}
+
+impl Index {
+    /// An array of a frame; what the frame does not hold is as in the first one.
+    fn find(&self, frame: usize, array: usize) -> Option<Chunk> {
+        let chunk = self.chunks.get(&(frame, array));
+        chunk.or_else(|| self.chunks.get(&(0, array))).copied()
+    }
+}
 
 /// Reads a trajectory of HOOMD's schema. Particles keep their order; images, or else walls of the box between one frame
 /// and the next, are unwrapped.
 pub(super) fn parse(bytes: &[u8], options: &Options) -> Result<Take, Fault> {
     let file = Bytes(bytes);
-    let chunks = chunks(file)?;
-    let first = chunks.get(&0).cloned().unwrap_or_default();
-    let has_images = chunks
-        .values()
-        .any(|frame| frame.contains_key("particles/image"));
-    let mut frames: Vec<Particles> = Vec::new();
-    let last = chunks.keys().next_back().copied().unwrap_or_default();
-    for frame in 0..=last {
-        let own = chunks.get(&frame);
-        let find = |name: &str| {
-            own.and_then(|own| own.get(name))
-                .or_else(|| first.get(name))
-                .copied()
-        };
-        let Some(position) = find("particles/position") else {
-            return Err(Fault::at_byte(
-                0,
-                "no frame holds particles/position; it is no trajectory of HOOMD",
-            ));
-        };
-        check_samples(
-            position.rows,
-            frames.len() + 1,
-            bytes.len(),
-            Place::Byte(position.at),
-        )?;
-        let edges = edges(file, find("configuration/box"))?;
-        let images = find("particles/image").filter(|image| image.rows == position.rows);
-        let images = images
-            .map(|chunk| chunk.read(file, I32, 3, "particles/image"))
-            .transpose()?;
-        let numbers = position.read(file, F32, 3, "particles/position")?;
-        let before = frames.last().filter(|_| !has_images);
-        let mut particles = Particles::new();
-        for (i, place) in numbers.as_chunks::<3>().0.iter().enumerate() {
-            let name = i as u64 + 1;
-            let mut place = Vector3::from(place.map(|x| f64::from(f32::from_le_bytes(x))));
-            if let Some(images) = images {
-                let image =
-                    Vector3::from_fn(|axis, _| f64::from(i32::from_le_bytes(images[3 * i + axis])));
-                place += edges * image;
-            } else if let Some(last) = before.and_then(|before| before.get(&name))
-                && let Some(inverse) = edges.try_inverse()
-            {
-                place += edges * (inverse * (last - place)).map(f64::round);
-            }
-            if let Some(place) = finite(place) {
-                particles.insert(name, place);
-            }
-        }
-        frames.push(particles);
+    let index = index(file)?;
+    let positions = (0..index.frames).map(|frame| positions(file, &index, frame));
+    let positions = positions.collect::<Result<Vec<_>, Fault>>()?;
+    let count = positions.iter().map(|rows| rows.len()).max().unwrap_or(0);
+    if count == 0 {
+        return Err(Fault::at_byte(0, "holds no particle"));
     }
-    let mut recorder = record(&frames, "p", options, bytes.len())?;
+    check_samples(count, index.frames, bytes.len(), Place::Byte(0))?;
+    let mut recorder = recorder(1..=count as u64, index.frames, options);
+    let metres = options.unit_scale.unwrap_or(1.0);
+    let has_images = index.chunks.keys().any(|(_, array)| *array == IMAGE);
+    let mut last: Vec<Option<Vector3<f64>>> = vec![None; count];
+    for (frame, rows) in positions.into_iter().enumerate() {
+        let edges = edges(file, index.find(frame, BOX))?;
+        let images = (index.find(frame, IMAGE))
+            .filter(|images| images.rows == rows.len())
+            .map(|images| images.read(file, I32, 3, ARRAYS[IMAGE]))
+            .transpose()?;
+        for (i, last) in last.iter_mut().enumerate() {
+            let row = rows.get(i).map(|row| row.map(f32::from_le_bytes));
+            *last = row.and_then(|row| {
+                let place = Vector3::from(row.map(f64::from));
+                let walls = match (images, *last) {
+                    (Some(images), _) => Vector3::from_fn(|axis, _| {
+                        f64::from(i32::from_le_bytes(images[3 * i + axis]))
+                    }),
+                    (None, Some(last)) if !has_images => (edges.try_inverse())
+                        .map_or(Vector3::zeros(), |inverse| {
+                            (inverse * (last - place)).map(f64::round)
+                        }),
+                    (None, _) => Vector3::zeros(),
+                };
+                finite(place + edges * walls)
+            });
+            recorder.push(last.and_then(|place| finite(place * metres)));
+        }
+    }
     recorder.format(Format::Gsd);
     Ok(recorder.finish())
+}
+
+/// A frame's positions: x y z of each particle.
+fn positions<'a>(
+    file: Bytes<'a>,
+    index: &Index,
+    frame: usize,
+) -> Result<&'a [[[u8; 4]; 3]], Fault> {
+    let Some(chunk) = index.find(frame, POSITION) else {
+        let problem = "no frame holds particles/position; it is no trajectory of HOOMD";
+        return Err(Fault::at_byte(0, problem));
+    };
+    let numbers = chunk.read(file, F32, 3, ARRAYS[POSITION])?;
+    Ok(numbers.as_chunks::<3>().0)
 }
 
 /// The edges of the box as columns: Lx Ly Lz xy xz yz.
@@ -170,14 +185,16 @@ fn edges(file: Bytes<'_>, chunk: Option<Chunk>) -> Result<Matrix3<f64>, Fault> {
 }
 
 /// Reads the index.
-fn chunks(file: Bytes<'_>) -> Result<Frames<'_>, Fault> {
+fn index(file: Bytes<'_>) -> Result<Index, Fault> {
     if file.size(0, "the header").ok() != usize::try_from(MAGIC).ok() {
         return Err(Fault::at_byte(0, "it does not begin as a GSD file does"));
     }
     let index = file.size(8, "the place of the index")?;
     let entries = file.size(16, "the number of entries")?;
-    let names = names(file)?;
-    let mut frames = Frames::new();
+    let names = Names::read(file)?;
+    let arrays = ARRAYS.map(|array| names.find(array));
+    let mut chunks = BTreeMap::new();
+    let (mut last, mut filled) = (0, 0);
     for entry in 0..entries {
         let at = index.saturating_add(entry.saturating_mul(ENTRY));
         file.slice(at, ENTRY, "an entry of the index")?;
@@ -185,40 +202,54 @@ fn chunks(file: Bytes<'_>) -> Result<Frames<'_>, Fault> {
         if place == 0 {
             break; // the rest is room for more
         }
-        let frame = u64::from_le_bytes(file.array(at, "an entry's frame")?);
+        filled += 1;
+        let frame = file.size(at, "an entry's frame")?;
+        last = last.max(frame);
         let [low, high, kind, _] = file.array(at + 28, "an array's name and kind")?;
-        let Some(name) = names.get(usize::from(u16::from_le_bytes([low, high]))) else {
-            return Err(Fault::at_byte(
-                at + 28,
-                "an array has a name that is not in the list",
-            ));
+        let name = usize::from(u16::from_le_bytes([low, high]));
+        let Some(array) = arrays.iter().position(|array| *array == Some(name)) else {
+            continue;
         };
-        if frame > entries as u64 {
-            let problem = format!("frame {frame}, and there are {entries} arrays");
-            return Err(Fault::at_byte(at, problem));
-        }
         let chunk = Chunk {
             at: place,
             rows: file.size(at + 8, "an array's rows")?,
             columns: file.u32(at + 24, "an array's columns")? as usize,
             kind,
         };
-        frames.entry(frame).or_default().insert(*name, chunk);
+        chunks.insert((frame, array), chunk);
     }
-    Ok(frames)
+    if last > filled {
+        let problem = format!("its last frame is {last}, and it has {filled} arrays");
+        return Err(Fault::at_byte(index, problem));
+    }
+    Ok(Index {
+        frames: last + 1,
+        chunks,
+    })
 }
 
-/// Names of arrays: 64 bytes each, from version 2 on one after the other.
-fn names(file: Bytes<'_>) -> Result<Vec<&str>, Fault> {
-    let at = file.size(24, "the place of the names")?;
-    let length = file.size(32, "the room of the names")?.saturating_mul(NAME);
-    let is_packed = file.u32(44, "the version")? >> 16 >= 2;
-    let bytes = file.slice(at, length, "the list of names")?;
-    let word = |bytes| std::str::from_utf8(bytes).unwrap_or_default();
-    Ok(match is_packed {
-        true => bytes.split(|byte| *byte == 0).map(word).collect(),
-        false => (bytes.chunks(NAME))
-            .map(|name| word(name.split(|byte| *byte == 0).next().unwrap_or_default()))
-            .collect(),
-    })
+/// The list of the arrays' names: 64 bytes each, from version 2 on one after the other.
+struct Names<'a> {
+    bytes: &'a [u8],
+    is_packed: bool,
+}
+
+impl<'a> Names<'a> {
+    fn read(file: Bytes<'a>) -> Result<Self, Fault> {
+        let at = file.size(24, "the place of the names")?;
+        let length = file.size(32, "the room of the names")?;
+        let bytes = file.slice(at, length.saturating_mul(NAME), "the list of names")?;
+        let is_packed = file.u32(44, "the version")? >> 16 >= 2;
+        Ok(Self { bytes, is_packed })
+    }
+
+    /// The place of a name in the list.
+    fn find(&self, name: &str) -> Option<usize> {
+        let is_name = |bytes: &[u8]| bytes == name.as_bytes();
+        match self.is_packed {
+            true => self.bytes.split(|byte| *byte == 0).position(is_name),
+            false => (self.bytes.chunks(NAME))
+                .position(|bytes| bytes.split(|byte| *byte == 0).next().is_some_and(is_name)),
+        }
+    }
 }

@@ -13,7 +13,7 @@ use super::{Format, Options, Take};
 const RATE_HZ: f64 = 60.0;
 
 /// A frame's particles by their names: ids, or else their order.
-pub(super) type Particles = BTreeMap<u64, Vector3<f64>>;
+type Particles = BTreeMap<u64, Vector3<f64>>;
 
 /// A reader of lines that knows where it is.
 struct Lines<'a> {
@@ -71,7 +71,7 @@ pub(super) fn lammps(bytes: &[u8], options: &Options) -> Result<Take, Fault> {
             lines.expect("the item's value")?;
         }
     }
-    let mut recorder = record(&frames, "p", options, bytes.len())?;
+    let mut recorder = record(&frames, options, bytes.len())?;
     recorder.format(Format::Lammps);
     if ordered {
         recorder.warn("the particles have no ids; they were taken to keep their order");
@@ -285,17 +285,13 @@ pub(super) fn xyz(bytes: &[u8], options: &Options) -> Result<Take, Fault> {
         }
         frames.push(particles);
     }
-    let mut recorder = record(&frames, "p", options, bytes.len())?;
+    let mut recorder = record(&frames, options, bytes.len())?;
     recorder.format(Format::Xyz);
     Ok(recorder.finish())
 }
 
-pub(super) fn record(
-    frames: &[Particles],
-    prefix: &str,
-    options: &Options,
-    bytes: usize,
-) -> Result<Recorder, Fault> {
+/// The take of frames of particles that are known by name; where one is missing it is not seen.
+fn record(frames: &[Particles], options: &Options, bytes: usize) -> Result<Recorder, Fault> {
     let mut names: Vec<u64> = frames.iter().flat_map(BTreeMap::keys).copied().collect();
     names.sort_unstable();
     names.dedup();
@@ -303,20 +299,30 @@ pub(super) fn record(
         return Err(Fault::at_line(1, "holds no particle"));
     }
     check_samples(names.len(), frames.len(), bytes, Place::Line(1))?;
-    let labels = names.iter().map(|name| format!("{prefix}{name}")).collect();
-    let mut recorder = Recorder::new(labels, RATE_HZ);
-    recorder.reserve_frames(frames.len());
+    let mut recorder = recorder(names.iter().copied(), frames.len(), options);
     let metres = options.unit_scale.unwrap_or(1.0);
     for frame in frames {
         for name in &names {
             recorder.push(frame.get(name).and_then(|place| finite(place * metres)));
         }
     }
+    Ok(recorder)
+}
+
+/// An empty take of a simulator, which names neither rate nor unit, with room for so many frames.
+pub(super) fn recorder(
+    names: impl Iterator<Item = u64>,
+    frames: usize,
+    options: &Options,
+) -> Recorder {
+    let labels = names.map(|name| format!("p{name}")).collect();
+    let mut recorder = Recorder::new(labels, RATE_HZ);
+    recorder.reserve_frames(frames);
     recorder.warn(format!(
         "the file names no rate; {RATE_HZ} frames per second assumed"
     ));
     if options.unit_scale.is_none() {
         recorder.warn("the file names no unit of length; metres assumed");
     }
-    Ok(recorder)
+    recorder
 }
