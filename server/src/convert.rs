@@ -42,7 +42,12 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
     let source = scene
         .motion
         .and_then(|motion| motion.source)
-        .ok_or_else(|| missing("scene.motion"))?;
+        .ok_or_else(|| {
+            missing(
+                "scene.motion",
+                "give `external`, `mass_spring`, `particles` or `elastic`",
+            )
+        })?;
     let pace = known::<v1::Pace>(scene.pace, "scene.pace")?;
     let (motion, default_step, drive) = match source {
         v1::motion::Source::External(points) => {
@@ -71,7 +76,7 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
     };
     let mesh = scene.mesh.unwrap_or_default();
     client_only("", mesh.file_unit_metres, "scene.mesh")?;
-    let source = mesh.source.ok_or_else(|| missing("scene.mesh"))?;
+    let source = mesh.source.ok_or_else(|| missing("scene.mesh", SOURCES))?;
     let scene = engine::Scene {
         title: scene.title,
         motion,
@@ -168,7 +173,7 @@ fn mesh_source(
         }
         Source::File(path) => {
             client_only(&path, 0.0, "scene.mesh")?;
-            return Err(missing("scene.mesh"));
+            return Err(missing("scene.mesh", SOURCES));
         }
     };
     let grid = grid(given, "scene.mesh.grid")?;
@@ -226,14 +231,12 @@ fn lattice(lattice: v1::Lattice) -> Result<engine::Lattice> {
     })
 }
 
-fn missing(field: &str) -> ServiceError {
-    invalid(
-        "FIELD_MISSING",
-        field,
-        "is missing",
-        "give one of its sources",
-    )
+fn missing(field: &str, remedy: &str) -> ServiceError {
+    invalid("FIELD_MISSING", field, "is missing", remedy)
 }
+
+/// Where a mesh comes from.
+const SOURCES: &str = "give `lattice`, `grid` or `asset`; in a scene file also `file`";
 
 /// Refuses what only a client can resolve: `file` and `file_unit_metres` of `message`.
 fn client_only(path: &str, unit: f64, message: &str) -> Result<()> {

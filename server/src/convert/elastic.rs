@@ -12,6 +12,8 @@ use super::{
 use crate::{assets::Assets, error::ServiceError};
 
 const FIELD: &str = "scene.motion.elastic";
+/// Where a cloud comes from.
+const SOURCES: &str = "give them, or an `asset`; in a scene file also a `file`";
 /// Of the graded metric where the scene does not say.
 const GAP: f64 = 1.8;
 const EXPONENT: f64 = 6.0;
@@ -30,7 +32,9 @@ pub(super) fn elastic(given: v1::ElasticSolid, assets: &Assets) -> Result<engine
     let positions = cloud(given.cloud, assets)?;
     let count = positions.len();
     let velocities = each_vector(given.velocities.as_ref(), &field("velocities"), count)?;
-    let material = given.material.ok_or_else(|| missing(&field("material")))?;
+    let material = given
+        .material
+        .ok_or_else(|| missing(&field("material"), "give its `young` and `density`"))?;
     let mut fixed = indices(given.fixed.as_ref(), &field("fixed"))?;
     fixed.extend(boxed(given.fixed_boxes, &positions)?);
     let stepping = match given.stepping {
@@ -88,8 +92,12 @@ fn boxed(boxes: Vec<v1::Box>, positions: &[Vector3<f64>]) -> Result<Vec<u32>> {
     let mut found = Vec::new();
     for (i, v1::Box { low, high }) in boxes.into_iter().enumerate() {
         let field = |name: &str| format!("{FIELD}.fixed_boxes[{i}].{name}");
-        let low = vector(Some(low.ok_or_else(|| missing(&field("low")))?));
-        let high = vector(Some(high.ok_or_else(|| missing(&field("high")))?));
+        let low = vector(Some(
+            low.ok_or_else(|| missing(&field("low"), "give both corners"))?,
+        ));
+        let high = vector(Some(
+            high.ok_or_else(|| missing(&field("high"), "give both corners"))?,
+        ));
         let within = |x: &Vector3<f64>| (0..3).all(|k| low[k] <= x[k] && x[k] <= high[k]);
         let inside = (0..).zip(positions).filter(|(_, x)| within(x));
         found.extend(inside.map(|(i, _)| i));
@@ -109,9 +117,9 @@ fn cloud(given: Option<v1::elastic_solid::Cloud>, assets: &Assets) -> Result<Vec
         }
         Some(Cloud::File(path)) => {
             client_only(&path, 0.0, FIELD)?;
-            Err(missing(&field))
+            Err(missing(&field, SOURCES))
         }
-        None => Err(missing(&field)),
+        None => Err(missing(&field, SOURCES)),
     }
 }
 

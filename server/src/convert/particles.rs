@@ -8,6 +8,10 @@ use super::{Result, client_only, indices, known, missing, reals, vectors};
 use crate::error::invalid;
 
 const FIELD: &str = "scene.motion.particles";
+/// The laws of links and of attracting pairs.
+const LINKS: &str =
+    "give `spring`, `contact`, `breaking`, `plastic`, `friction` or `table` with its columns";
+const PAIRS: &str = "give `lennard_jones`, `twelve_six`, `cohesion` or `directed_cohesion`";
 /// Most substeps of a step where the scene does not say.
 pub(super) const MOST: u32 = 1_000;
 /// Reach of a repulsion where the scene does not say, in its lengths.
@@ -199,7 +203,9 @@ fn links_of(given: v1::Links, field: &str) -> Result<engine::Links> {
     use v1::links::Law;
     let ends = pairs(given.ends.as_ref(), &format!("{field}.ends"))?;
     let count = ends.len();
-    let law = given.law.ok_or_else(|| missing(&format!("{field}.law")))?;
+    let law = given
+        .law
+        .ok_or_else(|| missing(&format!("{field}.law"), LINKS))?;
     let required = |column: Option<&v1::Reals>, name: &str| {
         Ok::<_, crate::error::ServiceError>(
             each(column, &format!("{field}.{name}"), count)?.unwrap_or_default(),
@@ -296,7 +302,9 @@ fn pair_spec(
 fn attraction(given: v1::Attraction, count: usize) -> Result<engine::Attraction> {
     use v1::attraction::Law;
     let field = format!("{FIELD}.pairs.attraction");
-    let law = given.law.ok_or_else(|| missing(&format!("{field}.law")))?;
+    let law = given
+        .law
+        .ok_or_else(|| missing(&format!("{field}.law"), PAIRS))?;
     Ok(engine::Attraction {
         law: match law {
             Law::LennardJones(law) => engine::AttractionLaw::LennardJones {

@@ -31,9 +31,12 @@ pub(super) fn rule(index: usize, rule: v1::TopologyRule) -> Result<TopologyRule>
 fn measure(measure: Option<v1::Measure>, field: &str) -> Result<Measure> {
     use v1::measure::Kind;
     let part = |part: v1::PartMeasure, name: &str| strain(part.strain, &format!("{field}.{name}"));
-    let kind = measure
-        .and_then(|measure| measure.kind)
-        .ok_or_else(|| missing(field))?;
+    let kind = measure.and_then(|measure| measure.kind).ok_or_else(|| {
+        missing(
+            field,
+            "give `points`, `edges`, `faces`, `volumes`, `fit` or `gaps`",
+        )
+    })?;
     Ok(match kind {
         Kind::Points(points) => Measure::Points {
             strain: strain(points.strain, &format!("{field}.points"))?,
@@ -65,7 +68,7 @@ fn limits(limits: v1::Limits, field: &str) -> Result<Limits> {
     let corner = |corner: Option<v1::Vector3>, name: &str| -> Result<Vector3<f64>> {
         let v1::Vector3 { x, y, z } = corner.ok_or_else(|| {
             let field = format!("{field}.region.{name}");
-            invalid("FIELD_MISSING", field, "is missing", "give both corners")
+            missing(&field, "give both corners")
         })?;
         Ok(Vector3::new(x, y, z))
     };
