@@ -1,9 +1,11 @@
 //! Elastic solids of nothing but points: total Lagrangian, with neighbourhoods measured along the body at rest.
 
 mod consistent;
+mod curvature;
 mod geodesic;
 mod graph;
 mod material;
+mod skin;
 mod spec;
 mod stencil;
 mod survey;

@@ -70,7 +70,8 @@ pub enum Reach {
 pub enum Integration {
     /// Each by moving least squares alone. Irregular clouds are then too soft, however fine. `[B4]`
     Nodal,
-    /// Changed as little as makes constant stresses push no inner particle. `[B5]`
+    /// Changed as little as shows them curved fields and makes constant stresses push no particle but out of the surface.
+    /// `[B5]`, `[B13]`
     Consistent,
 }
 
