@@ -3,13 +3,8 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sinew_mapping::MappingError;
-use sinew_tearing::Patch;
 
-use crate::{
-    digest::Digest,
-    rest::{Bound, Rest},
-    scene::SceneError,
-};
+use crate::{digest::Digest, rest::Bound, scene::SceneError, wiring::Turn};
 
 /// Vertices per task: enough work to pay for a task.
 const TASK: usize = 8192;
@@ -64,15 +59,10 @@ impl Blend {
     ///
     /// # Errors
     /// As [`Rest::bind`]; nothing is changed then.
-    pub(crate) fn follow(
-        &mut self,
-        rest: &Rest,
-        patch: &Patch,
-        moved: &[u32],
-    ) -> Result<(), SceneError> {
-        let rebound = self.from.rebound(rest, patch, moved)?;
-        self.from.take(rebound, rest.version);
-        self.left.resize(rest.vertices.len(), Vector3::zeros());
+    pub(crate) fn follow(&mut self, turn: &Turn<'_>) -> Result<(), SceneError> {
+        let rebound = self.from.rebound(turn)?;
+        self.from.take(rebound, turn.rest.version);
+        self.left.resize(turn.rest.vertices.len(), Vector3::zeros());
         Ok(())
     }
 

@@ -69,8 +69,8 @@ impl World {
         let cells = Arc::new(grid.cells);
         let seen = |state: &PointState| *state != PointState::Absent;
         let present = points.states.iter().map(seen).collect();
-        let positions = grid.positions;
-        let rest = Rest::new(points.labels, points.rest, present, positions, &cells);
+        let mut rest = Rest::new(points.labels, points.rest, present, grid.positions, &cells);
+        rest.may_change = topology.is_some();
         let bound = rest.bind(mapping)?;
         let layout = Arc::new(Layout {
             epoch: 1,

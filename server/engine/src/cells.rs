@@ -57,8 +57,13 @@ impl Asked {
         Ok(asked)
     }
 
-    /// `torn` says whether the mesh came apart since it was made.
-    pub(crate) fn mesh<'a>(&'a self, vertices: &'a [Vector3<f64>], torn: bool) -> Mesh<'a> {
+    /// `torn` says whether the mesh came apart since it was made, `may_change` whether it may yet.
+    pub(crate) fn mesh<'a>(
+        &'a self,
+        vertices: &'a [Vector3<f64>],
+        torn: bool,
+        may_change: bool,
+    ) -> Mesh<'a> {
         let cells = |at_vertices| Cells {
             centres: &self.centres,
             at_vertices,
@@ -69,6 +74,7 @@ impl Asked {
             graph: self.graph.as_ref(),
             holding: self.holding.as_ref(),
             torn,
+            may_change,
         }
     }
 }
@@ -90,6 +96,38 @@ fn graph(
     let costs = costs(complex, nodes, &rest.vertices, neighbours, &paths.cost)?;
     let graph = Graph::new(rows(neighbours.clone()), costs);
     graph.map_err(|error| mapping_refusal(mapping, &error))
+}
+
+/// What an arc between two vertices costs, where that can be told without a look at all others.
+pub(crate) enum ArcCost<'a> {
+    Hop,
+    Length(&'a [Vector3<f64>]),
+    Column(&'a [f64]),
+}
+
+/// How arcs between vertices are priced one by one; `None` where their costs compare with the whole mesh.
+pub(crate) fn cost_between<'a>(
+    cost: &'a Cost,
+    vertices: &'a [Vector3<f64>],
+) -> Option<ArcCost<'a>> {
+    match cost {
+        Cost::Hops => Some(ArcCost::Hop),
+        Cost::Length => Some(ArcCost::Length(vertices)),
+        Cost::Column(column) => (column.len() == vertices.len()).then_some(ArcCost::Column(column)),
+        Cost::Volume | Cost::Curvature(_) => None,
+    }
+}
+
+impl ArcCost<'_> {
+    /// `None` where all cost 1.
+    pub(crate) fn of(&self, a: u32, b: u32) -> Option<f64> {
+        let [a, b] = [a, b].map(|vertex| vertex as usize);
+        match self {
+            Self::Hop => None,
+            Self::Length(places) => Some((places[a] - places[b]).norm()),
+            Self::Column(column) => Some(0.5 * (column[a] + column[b])),
+        }
+    }
 }
 
 /// One per neighbour of each node; none where each costs 1.
@@ -171,7 +209,7 @@ fn rows(Table { starts, items }: Table) -> Rows {
     Rows::new(starts, items)
 }
 
-fn cells_of(dimension: Dimension) -> sinew_mesh::Dimension {
+pub(crate) fn cells_of(dimension: Dimension) -> sinew_mesh::Dimension {
     match dimension {
         Dimension::Vertex => sinew_mesh::Dimension::Vertex,
         Dimension::Edge => sinew_mesh::Dimension::Edge,
@@ -233,7 +271,7 @@ mod tests {
             points: Vec::new(),
         };
         let asked = Asked::new(rest, &mapping).unwrap();
-        let mesh = asked.mesh(&rest.vertices, false);
+        let mesh = asked.mesh(&rest.vertices, false, false);
         let weighting = &mapping.recipe.weighting;
         let nearest = sinew_mapping::distances(&mesh, &rest.points, &rest.present, weighting);
         let nearest = nearest.unwrap();

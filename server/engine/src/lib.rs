@@ -16,6 +16,7 @@ mod rule;
 mod rules;
 mod scene;
 mod topology;
+mod wiring;
 mod world;
 
 pub use change::{Change, Event, EventKind};

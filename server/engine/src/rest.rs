@@ -3,9 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
-use sinew_mapping::{Binding, Mesh, Renewal};
+use sinew_mapping::{Binding, Change, Mesh, Renewal};
 use sinew_mesh::{Cells, Complex};
-use sinew_tearing::Patch;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
@@ -15,6 +14,7 @@ use crate::{
     gauge::Scale,
     refusal::mapping_refusal,
     scene::{Mapping, Recipe, SceneError},
+    wiring::{Rewiring, Turn},
 };
 
 /// Points and vertices at rest: all that a mapping is bound to. It never changes, so that a mapping can be bound while
@@ -31,6 +31,8 @@ pub struct Rest {
     /// m
     pub(crate) vertices: Vec<Vector3<f64>>,
     pub(crate) cells: Arc<Cells>,
+    /// Whether the mesh may change.
+    pub(crate) may_change: bool,
     /// Made when a mapping first asks for it.
     pub(crate) complex: OnceLock<Complex>,
 }
@@ -54,7 +56,7 @@ pub(crate) enum Rebound {
 }
 
 impl Rest {
-    /// Before any change of the mesh. `points` are not read where not `present`.
+    /// Before any change of the mesh, where none may come. `points` are not read where not `present`.
     pub(crate) fn new(
         labels: Vec<String>,
         points: Vec<Vector3<f64>>,
@@ -69,6 +71,7 @@ impl Rest {
             present,
             vertices,
             cells: Arc::clone(cells),
+            may_change: false,
             complex: OnceLock::new(),
         }
     }
@@ -87,6 +90,7 @@ impl Rest {
             present: self.present.clone(),
             vertices,
             cells,
+            may_change: true,
             complex: OnceLock::new(),
         }
     }
@@ -109,7 +113,7 @@ impl Rest {
     fn binding(&self, mapping: &Mapping, recipe: &Recipe) -> Result<Binding, SceneError> {
         let usable = self.usable(mapping)?;
         let asked = Asked::new(self, mapping)?;
-        let mesh = asked.mesh(&self.vertices, self.version > 0);
+        let mesh = asked.mesh(&self.vertices, self.version > 0, self.may_change);
         sinew_mapping::bind_mesh(&mesh, &self.points, &usable, recipe)
             .map_err(|error| mapping_refusal(mapping, &error))
     }
@@ -147,28 +151,30 @@ impl Rest {
 }
 
 impl Bound {
-    /// Binds the mapping to a mesh that changed, by the scale that it had: only the vertices that are new or `moved` at
-    /// rest where that is the same, else all. Where the last pose is its frame of reference, it goes on from there, new
-    /// vertices from the midst of their parents.
+    /// Binds the mapping to a mesh that changed, by the scale that it had: only what the change makes other than it was,
+    /// where that can be told, else all. Where the last pose is its frame of reference, it goes on from there, new vertices
+    /// from the midst of their parents.
     ///
     /// # Errors
     /// As [`Rest::bind`].
-    pub(crate) fn rebound(
-        &self,
-        rest: &Rest,
-        patch: &Patch,
-        moved: &[u32],
-    ) -> Result<Rebound, SceneError> {
+    pub(crate) fn rebound(&self, turn: &Turn<'_>) -> Result<Rebound, SceneError> {
+        let Turn { rest, patch, .. } = *turn;
         let recipe = &self.mapping.recipe;
-        let vertices = [self.binding.dominant().len(), rest.vertices.len()];
-        let [before, after] = vertices.map(|count| u32::try_from(count).expect("slots are u32"));
-        let stale: Vec<u32> = moved.iter().copied().chain(before..after).collect();
+        let known = self.binding.dominant().len();
+        let counts = [known, rest.vertices.len()];
+        let [before, after] = counts.map(|count| u32::try_from(count).expect("slots are u32"));
+        let stale: Vec<u32> = turn.moved.iter().copied().chain(before..after).collect();
         if stale.is_empty() && recipe.stands_alone() {
             return Ok(Rebound::Not);
         }
         let usable = rest.usable(&self.mapping)?;
         let mesh = Mesh::of_vertices(&rest.vertices);
-        let renewal = (self.binding).renewal(&mesh, &rest.points, &usable, recipe, &stale);
+        let rewiring = Rewiring::new(turn, known, recipe);
+        let change = Change {
+            vertices: &stale,
+            wiring: rewiring.as_ref().map(Rewiring::wiring),
+        };
+        let renewal = (self.binding).renewal(&mesh, &rest.points, &usable, recipe, &change);
         if let Some(renewal) = renewal {
             return Ok(Rebound::Some(Box::new(renewal)));
         }

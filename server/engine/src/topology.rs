@@ -11,6 +11,7 @@ use crate::{
     digest::Digest,
     frame::{Frame, Layout},
     scene::SceneError,
+    wiring::Turn,
     world::{StepError, World},
 };
 
@@ -199,9 +200,16 @@ impl World {
         let (version, places) = (body.version(), body.rest().to_vec());
         let rest = self.rest.changed(version, places, Arc::clone(&cells));
         let moved = moved(&self.rest.vertices, &rest.vertices, patch);
-        let bound = self.bound.rebound(&rest, patch, &moved)?;
+        let turn = Turn {
+            rest: &rest,
+            patch,
+            moved: &moved,
+            cells: &self.layout.cells,
+            body,
+        };
+        let bound = self.bound.rebound(&turn)?;
         if let Some(blend) = &mut self.blend {
-            blend.follow(&rest, patch, &moved)?;
+            blend.follow(&turn)?;
         }
         self.bound.take(bound, version);
         topology.changed_at.resize(vertices, None);

@@ -2,7 +2,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::compile::{Compiler, Operator, Previous};
 use crate::distance::spacing;
-use crate::targets::Mesh;
+use crate::flooded::Flooded;
+use crate::targets::{Kept, Mesh};
 use crate::{
     Dimension, Filter, Fit, MappingError, Metric, RadialBasis, Recipe, Reference, Rule,
     ShapeMatching, Weighting,
@@ -25,6 +26,7 @@ pub struct Binding {
     pub(crate) dominant: Vec<u32>,
     pub(crate) operator: Operator,
     previous: Option<Previous>,
+    pub(crate) flooded: Option<Box<Flooded>>,
 }
 
 /// Binds vertices to points at rest, by their distances alone.
@@ -86,7 +88,11 @@ pub fn bind_mesh(
     } else {
         recipe
     };
-    let (distances, typical) = mesh.kept(points, &usable, seen)?; // [W1], [W6] to [W8], [F1] to [F5]
+    let Kept {
+        distances,
+        typical,
+        flooded,
+    } = mesh.kept(points, &usable, seen)?; // [W1], [W6] to [W8], [F1] to [F5]
     let scale = match (scale, typical) {
         (None, Some(typical)) => typical, // [W9]
         (Some(_), _) | (None, None) => given_scale,
@@ -121,6 +127,7 @@ pub fn bind_mesh(
             Previous::new(compiler.clone(), &recipe.weighting, kept, vertices, points)
         }),
         compiler,
+        flooded: flooded.map(Box::new),
     })
 }
 

@@ -19,6 +19,25 @@ pub(crate) struct Distances {
 }
 
 impl Distances {
+    /// Of rows of squared distances and points, the nearest first.
+    pub(crate) fn of_rows(rows: &[Vec<(f64, u32)>]) -> Self {
+        let stride = rows.iter().map(Vec::len).max().unwrap_or(1).max(1);
+        let mut distances = Self {
+            stride,
+            points: Vec::with_capacity(rows.len() * stride),
+            squared: Vec::with_capacity(rows.len() * stride),
+        };
+        for row in rows {
+            let end = distances.points.len() + stride;
+            distances.points.extend(row.iter().map(|entry| entry.1));
+            distances.squared.extend(row.iter().map(|entry| entry.0));
+            let pad = row.first().map_or(0, |entry| entry.1);
+            distances.points.resize(end, pad);
+            distances.squared.resize(end, f64::INFINITY);
+        }
+        distances
+    }
+
     /// How many points a vertex has in reach.
     pub(crate) fn in_reach(&self, vertex: usize) -> usize {
         let row = &self.squared[vertex * self.stride..(vertex + 1) * self.stride];

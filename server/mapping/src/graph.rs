@@ -86,6 +86,10 @@ pub struct Graph {
     costs: Vec<f64>,
     /// The least and the greatest cost.
     range: [f64; 2],
+    /// What costs are multiples of.
+    ticks: Ticks,
+    /// Arcs that cost no less than the power of two below the greatest, before costs were rounded.
+    peaks: usize,
 }
 
 impl Graph {
@@ -102,8 +106,13 @@ impl Graph {
             return Err(MappingError::Node { node, nodes });
         }
         if costs.is_empty() {
-            let (costs, range) = (vec![1.0; arcs.items.len()], HOPS);
-            return Ok(Self { arcs, costs, range });
+            return Ok(Self {
+                costs: vec![1.0; arcs.items.len()],
+                range: HOPS,
+                ticks: Ticks::below(1.0),
+                peaks: arcs.items.len(),
+                arcs,
+            });
         }
         let (found, expected) = (costs.len(), arcs.items.len());
         if found != expected {
@@ -123,10 +132,17 @@ impl Graph {
         }
         let greatest = costs.iter().copied().fold(0.0, f64::max);
         let ticks = Ticks::below(greatest);
+        let peaks = costs.iter().filter(|cost| ticks.is_peak(**cost)).count();
         costs.iter_mut().for_each(|cost| *cost = ticks.round(*cost));
         let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
         let range = [least, costs.iter().copied().fold(0.0, f64::max)];
-        Ok(Self { arcs, costs, range })
+        Ok(Self {
+            arcs,
+            costs,
+            range,
+            ticks,
+            peaks,
+        })
     }
 
     /// Number of nodes.
@@ -162,6 +178,11 @@ impl Graph {
         self.range
     }
 
+    /// What costs are rounded to, and how many arcs decide that.
+    pub(crate) fn ticks(&self) -> (Ticks, usize) {
+        (self.ticks, self.peaks)
+    }
+
     /// The start of a flood in the units of the arcs.
     pub(crate) fn round(&self, start: f64) -> f64 {
         if self.range == HOPS {
@@ -172,19 +193,35 @@ impl Graph {
 }
 
 /// A power of two, of which costs are multiples.
-struct Ticks {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ticks {
     tick: f64,
 }
 
 impl Ticks {
-    fn below(greatest: f64) -> Self {
+    pub(crate) fn below(greatest: f64) -> Self {
         let power = f64::from_bits(greatest.to_bits() & f64::INFINITY.to_bits());
         Self {
             tick: power / (1_u64 << BITS) as f64,
         }
     }
 
-    fn round(&self, cost: f64) -> f64 {
+    /// The power of two that the greatest cost is not below.
+    fn power(&self) -> f64 {
+        self.tick * (1_u64 << BITS) as f64
+    }
+
+    /// Whether a greatest cost like this makes such ticks, or finer ones would not do.
+    pub(crate) fn is_peak(&self, cost: f64) -> bool {
+        cost >= self.power()
+    }
+
+    /// Whether a greatest cost like this asks for coarser ticks.
+    pub(crate) fn is_beyond(&self, cost: f64) -> bool {
+        cost >= 2.0 * self.power()
+    }
+
+    pub(crate) fn round(&self, cost: f64) -> f64 {
         let ticks = cost / self.tick;
         // Beyond 2⁵² every number is whole; where all costs vanish, so does the tick.
         if ticks < (1_u64 << 52) as f64 {

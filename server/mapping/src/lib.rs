@@ -40,6 +40,7 @@
 //!
 //! The tags in the documentation, such as `[W1]`, are the lines of `EQUATIONS.md`.
 
+mod arcs;
 mod barycentric;
 mod binding;
 mod blocks;
@@ -51,6 +52,7 @@ mod error;
 mod factors;
 mod filter;
 mod flood;
+mod flooded;
 #[cfg(test)]
 mod goldens;
 mod graph;
@@ -64,6 +66,7 @@ mod quadratic;
 mod radial;
 mod rbf;
 mod recipe;
+mod reflood;
 mod renewal;
 mod roots;
 mod rotation;
@@ -83,5 +86,5 @@ pub use recipe::{
     Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
     RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
 };
-pub use renewal::Renewal;
+pub use renewal::{Change, Renewal, Wiring};
 pub use targets::{Cells, Mesh, distances};

@@ -6,15 +6,15 @@ use crate::blocks::BLOCK;
 use crate::distance::Distances;
 use crate::filter::Demand;
 use crate::flood::{Flood, NOBODY, Nearest};
+use crate::reflood::Bounds;
 use crate::{Graph, Root, Rows};
 
+/// Floods that together show as much as a filter has to see. `[W7]`
+#[derive(Clone, Debug)]
+pub(crate) struct Floods(Vec<(Bounds, Nearest)>);
+
 /// Distances along paths, in as much as a filter has to see of them. `[W7]`
-pub(crate) fn along(
-    graph: &Graph,
-    roots: &[Root],
-    coefficients: &[f64],
-    demand: Demand,
-) -> Distances {
+pub(crate) fn along(graph: &Graph, roots: &[Root], coefficients: &[f64], demand: Demand) -> Floods {
     let up_to = |limit, count| {
         let flood = Flood {
             graph,
@@ -22,7 +22,7 @@ pub(crate) fn along(
             coefficients,
             limit,
         };
-        Distances::from(flood.nearest(count))
+        (Bounds { count, limit }, flood.nearest(count))
     };
     let Demand {
         count,
@@ -31,14 +31,36 @@ pub(crate) fn along(
         grows: _,
     } = demand;
     if within < 0.0 {
-        return up_to(limit, count);
+        return Floods(vec![up_to(limit, count)]);
     }
-    let near = up_to(limit.min(within), usize::MAX);
-    if count == 0 {
-        return near;
+    let mut floods = vec![up_to(limit.min(within), usize::MAX)];
+    if count > 0 {
+        floods.push(up_to(limit, count));
     }
-    let first = up_to(limit, count);
-    gathered(near.len(), |row| [(&near, row), (&first, row)].into_iter())
+    Floods(floods)
+}
+
+impl Floods {
+    pub(crate) fn each(&self) -> &[(Bounds, Nearest)] {
+        &self.0
+    }
+
+    /// The nodes that no flood reaches, ascending.
+    pub(crate) fn unreached(&self) -> Vec<usize> {
+        // The last one reaches all that any does.
+        let last = self.0.last().map(|(_, flood)| flood);
+        last.map_or_else(Vec::new, Nearest::unreached)
+    }
+
+    /// All that they show.
+    pub(crate) fn distances(self) -> Distances {
+        let mut each = self.0.into_iter().map(|(_, flood)| Distances::from(flood));
+        let near = each.next().expect("a filter asks for something");
+        match each.next() {
+            None => near,
+            Some(first) => gathered(near.len(), |row| [(&near, row), (&first, row)].into_iter()),
+        }
+    }
 }
 
 /// The points of the targets at each vertex, each at its least distance from them. `[W8]`
@@ -72,22 +94,7 @@ fn gathered<'a, I: Iterator<Item = (&'a Distances, usize)>>(
         .with_min_len(BLOCK)
         .map(gather)
         .collect();
-    let stride = rows.iter().map(Vec::len).max().unwrap_or(1).max(1);
-    let mut distances = Distances {
-        stride,
-        points: Vec::with_capacity(rows.len() * stride),
-        squared: Vec::with_capacity(rows.len() * stride),
-    };
-    for row in rows {
-        let end = distances.points.len() + stride;
-        distances.points.extend(row.iter().map(|entry| entry.1));
-        distances.squared.extend(row.iter().map(|entry| entry.0));
-        distances
-            .points
-            .resize(end, row.first().map_or(0, |entry| entry.1));
-        distances.squared.resize(end, f64::INFINITY);
-    }
-    distances
+    Distances::of_rows(&rows)
 }
 
 /// The mean over the rows of the least distance in each, 1 where that is 0 or no row has one. `[W9]`
@@ -99,6 +106,15 @@ pub(crate) fn typical(distances: &Distances) -> f64 {
         sum / f64::from(count)
     } else {
         1.0
+    }
+}
+
+impl Nearest {
+    /// The nodes that no source reaches, ascending.
+    fn unreached(&self) -> Vec<usize> {
+        let first = self.sources.iter().step_by(self.stride).enumerate();
+        let unreached = first.filter(|(_, source)| **source == NOBODY);
+        unreached.map(|(node, _)| node).collect()
     }
 }
 

@@ -2,9 +2,35 @@
 
 use nalgebra::Vector3;
 
-use crate::binding::{Binding, usable_points};
+use crate::binding::{Binding, check_coordinates, usable_points};
 use crate::compile::{Compiler, Operator};
-use crate::{FitWeights, Mesh, Recipe, Rule, ShapeMatching};
+use crate::distance::Distances;
+use crate::filter::{Surroundings, filter};
+use crate::flooded::{Renewed, Turned};
+use crate::{
+    Cost, Dimension, Filter, FitWeights, MAX_INFLUENCES, Mesh, Metric, Recipe, Reference, Roots,
+    Rows, Rule, ShapeMatching,
+};
+
+/// What changed of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// The vertices that are new or elsewhere at rest than before, ascending.
+    pub vertices: &'a [u32],
+    /// Of weights along paths, what changed of the graph.
+    pub wiring: Option<Wiring<'a>>,
+}
+
+/// Nodes of a graph with other neighbours than before.
+#[derive(Clone, Copy, Debug)]
+pub struct Wiring<'a> {
+    /// All that are new, have other neighbours or arcs of other costs, or are elsewhere; ascending. Others may be among them.
+    pub nodes: &'a [u32],
+    /// Of each of these its neighbours now, ascending.
+    pub arcs: &'a Rows,
+    /// One per item of `arcs`, as of [`Graph::new`](crate::Graph::new).
+    pub costs: &'a [f64],
+}
 
 /// Some vertices bound anew; see [`Binding::renewal`].
 #[derive(Clone, Debug)]
@@ -12,19 +38,60 @@ pub struct Renewal {
     /// Ascending. Those that the binding does not have yet are the last.
     vertices: Vec<u32>,
     dominant: Vec<u32>,
-    operator: Operator,
+    operator: Option<Operator>,
     /// Of fits, the clusters that new vertices join; empty where each has one of its own.
     homes: Vec<u32>,
+    flooded: Option<Box<Renewed>>,
+}
+
+/// The points that some vertices keep, before anything is taken over.
+struct Found {
+    vertices: Vec<u32>,
+    distances: Distances,
+    flooded: Option<Box<Renewed>>,
+}
+
+impl Recipe {
+    /// Whether a flood by this recipe can follow a change of the mesh, where the mesh may change at all.
+    pub(crate) fn can_follow(&self) -> bool {
+        let Metric::Paths(paths) = &self.weighting.metric else {
+            return false;
+        };
+        let local = match paths.cost {
+            Cost::Hops | Cost::Length | Cost::Column(_) => true,
+            Cost::Volume | Cost::Curvature(_) => false,
+        };
+        local
+            && paths.roots != Roots::Containing
+            && self.weighting.targets == Dimension::Vertex
+            && self.weighting.coefficients.iter().all(|c| *c == 1.0)
+            && self.filter.looks_at_rows()
+            && self.reference == Reference::Initial
+    }
+}
+
+impl Filter {
+    /// Whether what a target keeps depends on its own distances alone, and is found in the first look at them.
+    fn looks_at_rows(&self) -> bool {
+        match self {
+            Self::KeepK(_) | Self::Interval { .. } | Self::KeepAtLeast { .. } => true,
+            Self::InVolume | Self::FourSpanning { .. } => false,
+            Self::Sequence(stages) => stages.iter().all(Self::looks_at_rows),
+        }
+    }
 }
 
 impl Binding {
-    /// Binds these vertices, ascending, as [`bind_mesh`](crate::bind_mesh) does with the scale of this binding: all that
-    /// are new, and all that are elsewhere at rest than before. Everything else has to be what it was. At the cost of
-    /// these vertices and of all points.
+    /// Binds anew what a change of the mesh makes other than it was, as [`bind_mesh`](crate::bind_mesh) with the scale of
+    /// this binding would. Of straight distances that is at the cost of the vertices that changed and of all points;
+    /// along paths, of the nodes whose points or distances change and of those beside them.
     ///
-    /// `None` where the rest cannot stay as it is, or there is no vertex: one is refused, or brings a new cluster; or how
-    /// vertices are bound depends on other vertices or on cells, as along paths, from targets that are no vertices, in
-    /// fits weighted by the mean of a cluster, and from the previous frame.
+    /// `None` where the rest cannot stay as it is, or a look at all of the mesh is needed: one is refused, or brings a new
+    /// cluster; from targets that are no vertices, with four points that span a volume and with points by volume, in
+    /// fits weighted by the mean of a cluster, and from the previous frame. Along paths also with coefficients that
+    /// differ (what a near point crowds out may still count beyond), by volume or curvature (costs compare with the whole
+    /// mesh), from the volumes that hold a point, where the greatest cost of an arc goes over a power of two (all are rounded
+    /// by it), and of a mesh that was not bound as one that may change.
     #[must_use]
     pub fn renewal(
         &self,
@@ -32,32 +99,103 @@ impl Binding {
         points: &[Vector3<f64>],
         usable: &[bool],
         recipe: &Recipe,
-        vertices: &[u32],
+        change: &Change<'_>,
     ) -> Option<Renewal> {
-        if !recipe.stands_alone() || self.previous().is_some() || vertices.is_empty() {
+        if self.previous().is_some() {
             return None;
         }
-        let places: Vec<_> = vertices
-            .iter()
+        let usable = usable_points(points, usable).ok()?;
+        let found = match change.wiring {
+            _ if recipe.stands_alone() => straight(mesh, points, &usable, recipe, change)?,
+            Some(wiring) => self.flooded(mesh, points, &usable, recipe, change, wiring)?,
+            None => return None,
+        };
+        let Found {
+            vertices,
+            distances,
+            flooded,
+        } = found;
+        let renewal = Renewal {
+            vertices,
+            dominant: distances.firsts(),
+            operator: None,
+            homes: Vec::new(),
+            flooded,
+        };
+        if renewal.vertices.is_empty() {
+            return Some(renewal);
+        }
+        self.compiled(renewal, mesh, points, distances, recipe.rule)
+    }
+
+    /// The vertices whose flood changed.
+    fn flooded(
+        &self,
+        mesh: &Mesh<'_>,
+        points: &[Vector3<f64>],
+        usable: &[u32],
+        recipe: &Recipe,
+        change: &Change<'_>,
+        wiring: Wiring<'_>,
+    ) -> Option<Found> {
+        let (Some(flooded), Metric::Paths(paths)) = (&self.flooded, &recipe.weighting.metric)
+        else {
+            return None;
+        };
+        let demand = recipe.filter.demand();
+        let by_number = demand.within < 0.0;
+        let most = if by_number { demand.count } else { usize::MAX };
+        if mesh.vertices.len() > MAX_INFLUENCES / most.min(usable.len()) {
+            return None;
+        }
+        for &node in wiring.nodes {
+            check_coordinates("vertex", node as usize, &mesh.vertices[node as usize]).ok()?;
+        }
+        let arcs = flooded.arcs();
+        let rewired = arcs
+            .rewired(wiring.nodes, wiring.arcs, wiring.costs)
+            .ok()??;
+        let mut renewed = flooded.renewed(Turned {
+            rewired,
+            centres: mesh.vertices,
+            points,
+            usable,
+            paths,
+            asked: change.vertices,
+        })?;
+        let none = Distances::of_rows(&[]);
+        let seen = std::mem::replace(&mut renewed.distances, none);
+        Some(Found {
+            vertices: renewed.targets.clone(),
+            distances: filtered(seen, mesh, points, recipe)?,
+            flooded: Some(Box::new(renewed)),
+        })
+    }
+
+    /// What these vertices are compiled to.
+    fn compiled(
+        &self,
+        renewal: Renewal,
+        mesh: &Mesh<'_>,
+        points: &[Vector3<f64>],
+        distances: Distances,
+        rule: Rule,
+    ) -> Option<Renewal> {
+        let places: Vec<_> = (renewal.vertices.iter())
             .map(|&vertex| mesh.vertices[vertex as usize])
             .collect();
-        let some = Mesh::of_vertices(&places);
-        some.check(&recipe.weighting).ok()?;
-        let usable = usable_points(points, usable).ok()?;
-        let (distances, _) = some.kept(points, &usable, recipe).ok()?;
         let mut compiler = Compiler {
             clusters: None,
             ..self.compiler.clone()
         };
-        let first_kept = distances.firsts();
         let operator = match &self.operator {
             Operator::Interpolation(own) => Operator::Interpolation(own.at(&places).ok()?),
             Operator::Linear(_) | Operator::Shape(_) => {
                 compiler.compile(&places, points, distances).ok()?
             }
         };
-        let appends = vertices[0] as usize >= self.dominant().len();
-        let homes = match (&self.operator, &operator, recipe.rule) {
+        let appends = renewal.vertices[0] as usize >= self.dominant().len();
+        let homes = match (&self.operator, &operator, rule) {
             (Operator::Linear(_), Operator::Linear(_), _) => Vec::new(),
             (Operator::Interpolation(_), Operator::Interpolation(_), _) => Vec::new(),
             (
@@ -78,11 +216,11 @@ impl Binding {
         Some(Renewal {
             dominant: match &operator {
                 Operator::Linear(linear) => linear.weights.dominant(),
-                Operator::Shape(_) | Operator::Interpolation(_) => first_kept,
+                Operator::Shape(_) | Operator::Interpolation(_) => renewal.dominant,
             },
-            vertices: vertices.to_vec(),
-            operator,
+            operator: Some(operator),
             homes,
+            ..renewal
         })
     }
 
@@ -96,7 +234,11 @@ impl Binding {
             dominant,
             operator,
             homes,
+            flooded,
         } = renewal;
+        if let (Some(own), Some(renewed)) = (&mut self.flooded, flooded) {
+            own.take(*renewed);
+        }
         for (&vertex, point) in vertices.iter().zip(dominant) {
             match self.dominant.get_mut(vertex as usize) {
                 Some(own) => *own = point,
@@ -104,14 +246,50 @@ impl Binding {
             }
         }
         match (&mut self.operator, operator) {
-            (Operator::Linear(own), Operator::Linear(some)) => own.take(&vertices, &some),
-            (Operator::Shape(own), Operator::Shape(some)) => own.append(some, &homes),
-            (Operator::Interpolation(own), Operator::Interpolation(some)) => {
+            (_, None) => {}
+            (Operator::Linear(own), Some(Operator::Linear(some))) => own.take(&vertices, &some),
+            (Operator::Shape(own), Some(Operator::Shape(some))) => own.append(some, &homes),
+            (Operator::Interpolation(own), Some(Operator::Interpolation(some))) => {
                 own.take(&vertices, &some);
             }
-            (Operator::Linear(_) | Operator::Shape(_) | Operator::Interpolation(_), _) => {
+            (Operator::Linear(_) | Operator::Shape(_) | Operator::Interpolation(_), Some(_)) => {
                 panic!("another binding's renewal")
             }
         }
     }
+}
+
+/// The vertices that changed, where each stands alone.
+fn straight(
+    mesh: &Mesh<'_>,
+    points: &[Vector3<f64>],
+    usable: &[u32],
+    recipe: &Recipe,
+    change: &Change<'_>,
+) -> Option<Found> {
+    let places: Vec<_> = (change.vertices.iter())
+        .map(|&vertex| mesh.vertices[vertex as usize])
+        .collect();
+    let some = Mesh::of_vertices(&places);
+    some.check(&recipe.weighting).ok()?;
+    Some(Found {
+        vertices: change.vertices.to_vec(),
+        distances: some.kept(points, usable, recipe).ok()?.distances,
+        flooded: None,
+    })
+}
+
+/// What of these distances a filter keeps.
+fn filtered(
+    seen: Distances,
+    mesh: &Mesh<'_>,
+    points: &[Vector3<f64>],
+    recipe: &Recipe,
+) -> Option<Distances> {
+    let around = Surroundings {
+        targets: recipe.weighting.targets,
+        points,
+        holding: mesh.holding,
+    };
+    filter(seen, &recipe.filter, &around).ok()
 }

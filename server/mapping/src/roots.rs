@@ -9,7 +9,7 @@ use crate::{Paths, Root, Roots, Rows, Start};
 const BOXED: usize = 64;
 
 /// Targets are as near as the nearest to this, relative to its distance.
-const TIE: f64 = 1e-9;
+pub(crate) const TIE: f64 = 1e-9;
 
 /// The roots of the usable points, by rising point. [`Roots`] says which.
 ///
@@ -96,6 +96,9 @@ impl<'a> Boxes<'a> {
                 let squares = boxed.iter().map(|x| (x - place).norm_squared());
                 nearest = squares.fold(nearest, f64::min);
             }
+        }
+        if nearest == f64::INFINITY {
+            return Vec::new(); // no target is anywhere
         }
         self.within(place, nearest * (1.0 + TIE) * (1.0 + TIE))
     }

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use crate::binding::{LARGEST, check_coefficients, check_coordinates, check_length, usable_points};
 use crate::distance::{Distances, nearest, scaled};
 use crate::filter::{Demand, Surroundings, filter};
+use crate::flooded::Flooded;
 use crate::paths::{along, at_vertices, typical};
 use crate::roots::roots;
 use crate::strays::strays;
@@ -30,6 +31,20 @@ pub struct Mesh<'a> {
     /// Whether it came apart since it was made. A part of it that no path reaches has then a root of its own `[W11]`, and a
     /// vertex left over, that bounds no target or is none, follows the point that is straight the nearest.
     pub torn: bool,
+    /// Whether it may change yet. A binding along paths then keeps its flood, so that [`Binding::renewal`] can follow:
+    /// 16 bytes for each arc both ways, 24 for the place of a target, and 12 for each of the points that it sees.
+    ///
+    /// [`Binding::renewal`]: crate::Binding::renewal
+    pub may_change: bool,
+}
+
+/// The points that each vertex keeps, by the first two stages.
+pub(crate) struct Kept {
+    pub(crate) distances: Distances,
+    /// What distances of paths are like. `[W9]`
+    pub(crate) typical: Option<f64>,
+    /// Of a mesh that may change, the flood that they come from, if a change of it can be followed.
+    pub(crate) flooded: Option<Flooded>,
 }
 
 /// Targets other than vertices.
@@ -51,6 +66,7 @@ impl<'a> Mesh<'a> {
             graph: None,
             holding: None,
             torn: false,
+            may_change: false,
         }
     }
 
@@ -78,7 +94,7 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// The points that each vertex keeps, by the first two stages; and what distances of paths are like. `[W9]`
+    /// The points that each vertex keeps.
     ///
     /// # Errors
     /// Targets or vertices without points, and more pairs than [`MAX_INFLUENCES`].
@@ -87,7 +103,7 @@ impl<'a> Mesh<'a> {
         points: &[Vector3<f64>],
         usable: &[u32],
         recipe: &Recipe,
-    ) -> Result<(Distances, Option<f64>), MappingError> {
+    ) -> Result<Kept, MappingError> {
         let weighting = &recipe.weighting;
         let around = Surroundings {
             targets: weighting.targets,
@@ -96,10 +112,11 @@ impl<'a> Mesh<'a> {
         };
         let roots = self.roots(points, usable, weighting);
         let mut demand = recipe.filter.demand();
-        let (kept, typical) = loop {
-            let (seen, typical) = self.seen(points, usable, weighting, demand, &roots)?;
-            match filter(seen, &recipe.filter, &around) {
-                Ok(kept) => break (kept, typical),
+        let keeps = self.may_change && recipe.can_follow();
+        let kept = loop {
+            let seen = self.seen(points, usable, weighting, demand, &roots, keeps)?;
+            match filter(seen.distances, &recipe.filter, &around) {
+                Ok(distances) => break Kept { distances, ..seen },
                 Err(MappingError::SpansNone { .. })
                     if demand.grows && demand.count < usable.len() =>
                 {
@@ -109,15 +126,15 @@ impl<'a> Mesh<'a> {
             }
         };
         let Some(cells) = self.cells else {
-            return Ok((kept, typical));
+            return Ok(kept);
         };
-        let mut kept = at_vertices(&kept, cells.at_vertices); // [W8]
-        match kept.empty() {
-            vertices if vertices.is_empty() => Ok((kept, typical)),
+        let mut distances = at_vertices(&kept.distances, cells.at_vertices); // [W8]
+        match distances.empty() {
+            vertices if vertices.is_empty() => Ok(Kept { distances, ..kept }),
             vertices if self.torn => {
                 let places: Vec<_> = vertices.iter().map(|&x| self.vertices[x]).collect();
-                kept.give(&vertices, &nearest(&places, points, usable, 1));
-                Ok((kept, typical))
+                distances.give(&vertices, &nearest(&places, points, usable, 1));
+                Ok(Kept { distances, ..kept })
             }
             vertices => Err(MappingError::NoTargets {
                 targets: weighting.targets,
@@ -157,7 +174,8 @@ impl<'a> Mesh<'a> {
         weighting: &Weighting,
         demand: Demand,
         roots: &[Root],
-    ) -> Result<(Distances, Option<f64>), MappingError> {
+        keeps: bool,
+    ) -> Result<Kept, MappingError> {
         let centres = self.centres();
         let coefficients = &weighting.coefficients[..];
         let by_number = match weighting.metric {
@@ -173,25 +191,38 @@ impl<'a> Mesh<'a> {
         }
         let (Metric::Paths(paths), Some(graph)) = (&weighting.metric, self.graph) else {
             let distances = nearest(centres, points, usable, count); // [W1]
-            return Ok(match coefficients {
-                [] => (distances, None),
-                coefficients => (scaled(distances, coefficients), None), // [W6]
+            return Ok(Kept {
+                distances: match coefficients {
+                    [] => distances,
+                    coefficients => scaled(distances, coefficients), // [W6]
+                },
+                typical: None,
+                flooded: None,
             });
         };
-        let mut distances = along(graph, roots, coefficients, demand); // [W6], [W7]
+        let mut floods = along(graph, roots, coefficients, demand); // [W6], [W7]
+        let mut strays = Vec::new();
         if self.torn {
-            let unreached = distances.empty();
             let around = (points, usable);
-            let strays = strays(graph, &unreached, roots, centres, around, paths.start); // [W11]
+            let unreached = floods.unreached();
+            strays = self::strays(graph, &unreached, roots, centres, around, paths.start); // [W11]
             if !strays.is_empty() {
-                distances = along(graph, &[roots, &strays].concat(), coefficients, demand);
+                floods = along(graph, &[roots, &strays].concat(), coefficients, demand);
             }
         }
-        let typical = typical(&distances);
+        // Nodes without arcs are no roots any more once a mesh is torn.
+        let keeps =
+            keeps && (self.torn || (0..graph.len()).all(|x| !graph.neighbours(x).is_empty()));
+        let keep = || Flooded::new(graph, centres, points, [roots, &strays], &floods);
+        let flooded = if keeps { keep() } else { None };
+        let distances = floods.distances();
+        let typical = Some(typical(&distances));
         match distances.empty() {
-            cells if cells.is_empty() || demand.limit < f64::INFINITY => {
-                Ok((distances, Some(typical)))
-            }
+            cells if cells.is_empty() || demand.limit < f64::INFINITY => Ok(Kept {
+                distances,
+                typical,
+                flooded,
+            }),
             cells => Err(MappingError::Unreached {
                 targets: weighting.targets,
                 cells,
@@ -219,6 +250,6 @@ pub fn distances(
     check_coefficients(&weighting.coefficients, points.len())?;
     let roots = mesh.roots(points, &usable, weighting);
     let demand = Filter::KeepK(usize::MAX).demand();
-    let (distances, _) = mesh.seen(points, &usable, weighting, demand, &roots)?;
-    Ok(distances.into())
+    let seen = mesh.seen(points, &usable, weighting, demand, &roots, false)?;
+    Ok(seen.distances.into())
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use sinew_mesh::{Cells, Grid};
+use sinew_mesh::{Cells, Dimension, Grid};
 use sinew_topology::{
-    Adjacency, BuildError, BuildReport, Cell, Edge, Map, MeshCells, NonManifold, Vertex, Volume,
-    Walk,
+    Adjacency, BuildError, BuildReport, Cell, Edge, Face, Map, MeshCells, NonManifold, Vertex,
+    Volume, Walk,
 };
 use thiserror::Error;
 
@@ -237,6 +237,29 @@ impl Body {
         self.adjacency.of(vertex)
     }
 
+    /// Of each of these vertices, by slot, the other vertices of the cells of a dimension that it bounds, ascending; none of
+    /// one that bounds no cell any more.
+    ///
+    /// # Panics
+    /// If the dimension is that of vertices.
+    pub fn beside_vertices(&self, vertices: &[u32], through: Dimension) -> Vec<Vec<u32>> {
+        let mut walk = Walk::default();
+        let mut beside = |vertex: &u32| {
+            let Some(vertex) = self.map.cell_at::<Vertex>(*vertex as usize) else {
+                return Vec::new();
+            };
+            let mut found: Vec<u32> = match through {
+                Dimension::Vertex => panic!("vertices bound no vertex"),
+                Dimension::Edge => slots(self.adjacency.of(vertex).iter().copied()),
+                Dimension::Face => slots(self.map.adjacent::<_, Face>(vertex, &mut walk)),
+                Dimension::Volume => slots(self.map.adjacent::<_, Volume>(vertex, &mut walk)),
+            };
+            found.sort_unstable();
+            found
+        };
+        vertices.iter().map(&mut beside).collect()
+    }
+
     /// The cells that share a face with a cell, by slot, ascending; none if there is no cell in the slot.
     pub fn beside(&self, slot: u32) -> Vec<u32> {
         let Some(volume) = self.volume(slot) else {
@@ -286,6 +309,11 @@ impl Body {
     pub(crate) fn live(&self, slot: u32) -> Result<Cell<Volume>, Refusal> {
         self.volume(slot).ok_or(Refusal::NoCell { cell: slot })
     }
+}
+
+/// The slots of vertices.
+fn slots(vertices: impl Iterator<Item = Cell<Vertex>>) -> Vec<u32> {
+    vertices.map(|vertex| number(vertex.index())).collect()
 }
 
 pub(crate) fn number(count: usize) -> u32 {
