@@ -53,6 +53,7 @@ fn bytes_of(event: &Event) -> usize {
         | EventKind::Removed
         | EventKind::Added
         | EventKind::Divided
+        | EventKind::Collapsed
         | EventKind::Followed(_) => 0,
     };
     size_of::<Event>() + size_of_val(&*event.cells) + text

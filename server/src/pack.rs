@@ -104,6 +104,7 @@ fn event_kind(kind: &EventKind) -> Kind {
         EventKind::Removed => Kind::Removed(v1::Removed {}),
         EventKind::Added => Kind::Added(v1::Added {}),
         EventKind::Divided => Kind::Divided(v1::Divided {}),
+        EventKind::Collapsed => Kind::Collapsed(v1::Collapsed {}),
         EventKind::Refused(ref reason) => Kind::Refused(v1::Refused {
             reason: reason.clone(),
         }),

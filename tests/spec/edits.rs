@@ -1,7 +1,9 @@
 //! Changes of a live mesh that clients ask for.
 
+use sinew_mesh::shapes;
 use sinew_proto::v1::{
-    EditMeshRequest, EditMeshResponse, Indices, Scene, edit_outcome::Result as Outcome,
+    EditDone, EditMeshRequest, EditMeshResponse, EditRefused, Indices, Scene,
+    edit_outcome::Result as Outcome,
 };
 use sinew_tests::{TestServer, TestSession, live, refused, scenes};
 use tonic::Code;
@@ -77,6 +79,114 @@ fn what_was_opened_closes_again_where_it_is() {
     });
 }
 
+/// What was done, or why nothing was.
+fn outcomes(answer: &EditMeshResponse) -> Vec<Result<&EditDone, &EditRefused>> {
+    let outcomes = answer.outcomes.iter();
+    outcomes
+        .map(|one| match one.result.as_ref() {
+            Some(Outcome::Done(done)) => Ok(done),
+            Some(Outcome::Refused(refused)) => Err(refused),
+            None => panic!("an outcome says what it is"),
+        })
+        .collect()
+}
+
+/// As [`scene`], of tetrahedra.
+fn tetrahedra() -> Scene {
+    let mut scene = scene();
+    *scenes::mesh(&mut scene) = scenes::grid(&shapes::tetrahedra(3, 3, 3));
+    scene
+}
+
+#[test]
+fn edges_are_halved_and_drawn_together_or_left_with_a_reason() {
+    live(async {
+        let server = TestServer::start().await;
+        let session = server.create("", tetrahedra()).await;
+        // The diagonal of a cube: six tetrahedra around it.
+        let halved = edit(&session, r#"[{"bisect": {"edges": {"values": [0, 21]}}}]"#).await;
+        let [Ok(done)] = outcomes(&halved)[..] else {
+            panic!("{halved:?}")
+        };
+        assert_eq!((done.first_vertex, done.vertex_count), (64, 1));
+        assert_eq!(numbers(done.cells.as_ref()), [0, 1, 2, 3, 4, 5]);
+        let patch = halved.patch.as_ref().unwrap();
+        let mut parents = numbers(patch.vertex_parents.as_ref());
+        parents.sort_unstable();
+        assert_eq!(parents, [0, 21]);
+        assert_eq!(numbers(patch.cell_parents.as_ref()), [0, 1, 2, 3, 4, 5]);
+
+        let joined = edit(&session, r#"[{"collapse": {"kept": 0, "drawn": 64}}]"#).await;
+        let [Ok(done)] = outcomes(&joined)[..] else {
+            panic!("{joined:?}")
+        };
+        assert_eq!(
+            (done.vertex_count, numbers(done.cells.as_ref()).len()),
+            (0, 6)
+        );
+        assert_eq!(joined.topology_version, 2);
+
+        let cases = [
+            (
+                r#"[{"collapse": {"kept": 0, "drawn": 5}}]"#,
+                "drawing vertex 5 to vertex 0 would turn 2 cells flat or inside out; draw the other way",
+                vec![8, 23],
+            ),
+            (
+                r#"[{"collapse": {"kept": 0, "drawn": 63}}]"#,
+                "no edge joins vertices 0 and 63",
+                vec![],
+            ),
+            (
+                r#"[{"bisect": {"edges": {"values": [0, 63]}}}]"#,
+                "no edge joins vertices 0 and 63",
+                vec![],
+            ),
+        ];
+        let before = session.get().await.unwrap();
+        for (edits, reason, cells) in cases {
+            let answer = edit(&session, edits).await;
+            let [Err(why)] = outcomes(&answer)[..] else {
+                panic!("{edits}: {answer:?}")
+            };
+            assert!(why.reason.contains(reason), "{why:?}");
+            assert_eq!(numbers(why.cells.as_ref()), cells);
+            assert_eq!(answer.patch, None);
+        }
+        assert_eq!(session.get().await.unwrap(), before);
+    });
+}
+
+#[test]
+fn points_are_separated_only_where_the_mapping_can_show_it() {
+    live(async {
+        let server = TestServer::start().await;
+        let request = r#"[{"separate": {"a": "p0", "b": "p1"}}]"#;
+        let session = server.create("", scene()).await;
+        let before = session.get().await.unwrap();
+        let answer = edit(&session, request).await;
+        let [Err(why)] = outcomes(&answer)[..] else {
+            panic!("{answer:?}")
+        };
+        assert!(
+            why.reason.contains("use mapping.weighting.flood"),
+            "{why:?}"
+        );
+        assert_eq!(session.get().await.unwrap(), before);
+
+        let mut flooded = scene();
+        let flood = r#"{"weighting": {"flood": {}}}"#;
+        flooded.mapping = serde_json::from_str(flood).unwrap();
+        let session = server.create("", flooded).await;
+        let answer = edit(&session, request).await;
+        let [Ok(done)] = outcomes(&answer)[..] else {
+            panic!("{answer:?}")
+        };
+        // The areas had whole cells in common; by four points of each vertex instead of eight they have not.
+        assert!(done.opened > 0 && done.kept_points == 4, "{done:?}");
+    });
+}
+
 #[test]
 fn a_refused_edit_changes_nothing_and_the_others_are_done() {
     live(async {
@@ -145,6 +255,11 @@ fn edits_that_cannot_be() {
                 r#"[{"open": {"facets": {"values": [0, 1, 2]}}}]"#,
                 "LENGTH_MISMATCH",
                 "edits[0].open.facets",
+            ),
+            (
+                r#"[{"bisect": {"edges": {"values": [0]}}}]"#,
+                "LENGTH_MISMATCH",
+                "edits[0].bisect.edges",
             ),
             (
                 r#"[{"separate": {"a": "p0", "b": "elbow"}}]"#,

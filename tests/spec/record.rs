@@ -1,6 +1,8 @@
 //! What a record holds, and what comes of it when it is replayed.
 
-use sinew_proto::v1::{self, EditMeshRequest, UpdateMappingRequest, record_motion_response::Item};
+use sinew_proto::v1::{
+    self, EditMeshRequest, UpdateMappingRequest, event::Kind, record_motion_response::Item,
+};
 use sinew_tests::{TestServer, TestSession, live, scenes};
 
 const POINTS: usize = 12;
@@ -17,9 +19,11 @@ fn pose(step: u32) -> Vec<[f64; 3]> {
 
 fn scene() -> v1::Scene {
     let rule = r#"[{"measure": {"edges": {}}, "threshold": 0.35, "action": {"open": {}}}]"#;
+    let mut scene = scenes::block(POINTS, 3, scenes::Rule::Mean);
+    *scenes::mesh(&mut scene) = scenes::grid(&sinew_mesh::shapes::tetrahedra(3, 3, 3));
     v1::Scene {
         rules: serde_json::from_str(rule).unwrap(),
-        ..scenes::block(POINTS, 3, scenes::Rule::Mean)
+        ..scene
     }
 }
 
@@ -60,6 +64,11 @@ async fn eventful(server: &TestServer, session: &TestSession) -> (String, Vec<v1
     for step in 1..=30 {
         session.step_to(&mut source, &pose(step)).await;
         match step {
+            3 => {
+                // Vertex 64 comes to be in the middle of the edge.
+                let both = r#"[{"bisect": {"edges": {"values": [21, 22]}}}, {"collapse": {"kept": 64, "drawn": 22}}]"#;
+                edit(session, edits(both)).await;
+            }
             5 => remap(session, scenes::mapping(scenes::Rule::Rigid), 0.04).await,
             8 => {
                 // One is done and one refused.
@@ -91,6 +100,12 @@ fn a_record_holds_every_input_at_its_step_and_leads_to_the_same_events() {
             log.iter().any(|event| event.rule.is_some()),
             "a rule tears it"
         );
+        for done in [
+            Kind::Divided(v1::Divided {}),
+            Kind::Collapsed(v1::Collapsed {}),
+        ] {
+            assert!(log.iter().any(|event| event.kind.as_ref() == Some(&done)));
+        }
         first.delete().await.unwrap();
         let mut items = Vec::new();
         while let Some(message) = record.message().await.unwrap() {
@@ -103,7 +118,7 @@ fn a_record_holds_every_input_at_its_step_and_leads_to_the_same_events() {
             Item::Edits(_) => 'e',
         };
         let order: String = items.iter().map(kinds).collect();
-        assert_eq!(order, "s.....m...e....m..e................");
+        assert_eq!(order, "s...e..m...e....m..e................");
 
         let again = server.create("again", scene()).await;
         let mut source = again.source().await;

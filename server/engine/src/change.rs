@@ -51,6 +51,8 @@ pub enum EventKind {
     Added,
     /// Cells were divided.
     Divided,
+    /// An edge was drawn together.
+    Collapsed,
     /// Nothing was done; why, for people.
     Refused(String),
     /// What followed from the change before.

@@ -10,7 +10,7 @@ use crate::{
     change::{Change, Event, EventKind},
     digest::Digest,
     frame::{Frame, Layout},
-    scene::SceneError,
+    scene::{Metric, SceneError},
     wiring::Turn,
     world::{StepError, World},
 };
@@ -75,7 +75,8 @@ impl Topology {
 }
 
 impl World {
-    /// Changes the mesh between two steps: each request wholly or not at all, all of them as one change.
+    /// Changes the mesh between two steps: each request wholly or not at all, all of them as one change. Points are
+    /// separated only where the mapping can show it, as in rules.
     ///
     /// # Errors
     /// [`EditError`].
@@ -88,13 +89,22 @@ impl World {
             request,
             rule: None,
         };
-        let asks: Vec<Ask> = requests.into_iter().map(ask).collect();
+        let floods = self.bound.mapping.recipe.weighting.metric != Metric::Straight;
+        let is_shown = |request: &Request| floods || !matches!(request, Request::Separate { .. });
+        let shown: Vec<bool> = requests.iter().map(is_shown).collect();
+        let asks: Vec<Ask> = requests.into_iter().filter(is_shown).map(ask).collect();
         let mut next = Frame {
             change: None,
             ..Frame::clone(&self.frame)
         };
         let version = self.layout.topology_version;
-        let answers = self.change(&mut next, Vec::new(), &asks)?;
+        let mut done = self.change(&mut next, Vec::new(), &asks)?.into_iter();
+        let refused = || Answer::Refused(Refusal::Straight);
+        let answer = |is_shown: bool| {
+            let done = is_shown.then(|| done.next()).flatten();
+            done.unwrap_or_else(refused)
+        };
+        let answers = shown.into_iter().map(answer).collect();
         let changed = self.layout.topology_version > version;
         let frame = changed.then(|| self.publish(next));
         Ok(Edited { answers, frame })
@@ -114,6 +124,14 @@ impl World {
 
     /// The middle of what a request names, m; the origin where that is nothing.
     fn place(&self, request: &Request) -> Vector3<f64> {
+        let middle = |vertices: &[u32]| {
+            let places = vertices
+                .iter()
+                .filter_map(|&v| self.frame.vertices.get(v as usize));
+            let places: Vec<_> = places.collect();
+            let count = places.len().max(1) as f64;
+            places.into_iter().sum::<Vector3<f64>>() / count
+        };
         let cells: Vec<u32> = match request {
             Request::Open { facets } => facets.as_flattened().to_vec(),
             Request::Glue { facets } => facets.iter().flatten().map(|facet| facet.cell).collect(),
@@ -125,16 +143,15 @@ impl World {
                     .filter_map(|&point| self.frame.points.get(point as usize));
                 return known.sum::<Vector3<f64>>() / 2.0;
             }
-            Request::Close { .. } | Request::Bisect { .. } | Request::Collapse { .. } => Vec::new(),
+            Request::Bisect { edges } => return middle(edges.as_flattened()),
+            Request::Collapse { edge } => return middle(edge),
+            Request::Close { .. } => Vec::new(),
         };
         let known = cells
             .iter()
             .filter(|&&cell| (cell as usize) < self.layout.cells.len());
         let vertices = known.flat_map(|&cell| self.layout.cells.cell(cell as usize).vertices);
-        let places: Vec<_> = vertices
-            .map(|&vertex| self.frame.vertices[vertex as usize])
-            .collect();
-        places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64
+        middle(&vertices.copied().collect::<Vec<_>>())
     }
 
     /// Does what is asked, as one change, and poses `next` on what comes of it. Nothing is changed where nothing comes of
@@ -275,7 +292,8 @@ fn kind(request: &Request, done: &Done) -> EventKind {
     match request {
         Request::Separate { .. } | Request::Open { .. } => EventKind::Torn { faces: done.opened },
         Request::Glue { .. } | Request::Close { .. } => EventKind::Glued { faces: done.closed },
-        Request::Remove { .. } | Request::Collapse { .. } => EventKind::Removed,
+        Request::Remove { .. } => EventKind::Removed,
+        Request::Collapse { .. } => EventKind::Collapsed,
         Request::Add { .. } => EventKind::Added,
         Request::Subdivide { .. } | Request::Bisect { .. } => EventKind::Divided,
     }

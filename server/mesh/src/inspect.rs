@@ -163,10 +163,10 @@ fn inspect_cells(grid: &Grid, found: &mut Inspection) {
     let positive = volumes.iter().filter(|(_, volume)| *volume > 0.0).count();
     found.inside_out = negative > positive;
     let sign = if found.inside_out { -1.0 } else { 1.0 };
+    let at = |vertex: u32| grid.positions[vertex as usize];
     for (id, volume) in volumes {
         let cell = grid.cells.cell(id as usize);
-        let folded =
-            || smallest_corner(&grid.positions, &cell, sign).is_some_and(|j| j < -ROUNDING);
+        let folded = || smallest_corner(&cell, sign, &at).is_some_and(|j| j < -ROUNDING);
         let winding = winding(&cell);
         if winding == Winding::Open {
             found.open_polyhedra.push(id);

@@ -28,7 +28,7 @@ pub use fill::{FillError, fill};
 pub use grid::{Cell, CellShape, CellType, Cells, Grid};
 pub use inspect::{Inspection, inspect};
 pub use lattice::{Capsule, LatticeError, lattice};
-pub use measure::{area, cell_volume, face_area, quality, volume};
+pub use measure::{area, cell_volume, face_area, quality, scaled_jacobian, volume};
 pub use patch::PatchError;
 pub use repair::{Fault, Repairs, repair};
 pub use solid::MOST_CELLS;

@@ -94,15 +94,63 @@ pub(crate) fn face_normal(positions: &[Vector3<f64>], face: &Face<'_>) -> Vector
         / 2.0
 }
 
+/// How far a cell is from folding over, -1 to 1: the smallest scaled Jacobian of its corners, the determinant of a corner's
+/// three edges over the product of their lengths. 1 for a cube, 0 for a cell that is flat or has an edge of no length, below 0
+/// for one that is inside out or folds over. Of a polyhedron it is the smallest cone from the mean of its vertices to a face
+/// over the mean size of these cones; of a cell that encloses no volume it is 1.
+///
+/// * `at` – where a vertex is.
+pub fn scaled_jacobian(cell: &Cell<'_>, at: impl Fn(u32) -> Vector3<f64>) -> f64 {
+    if let Some(least) = smallest_corner(cell, 1.0, &at) {
+        return least;
+    }
+    if cell.kind == CellType::Tetrahedron {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| at(cell.vertices[corner]));
+        // At every corner: a needle's are all of one sign, but not of one size.
+        let corners = [[a, b, c, d], [b, c, a, d], [c, a, b, d], [d, b, a, c]];
+        return corners
+            .map(|[here, ends @ ..]| scaled_determinant(ends.map(|end| end - here)))
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+    }
+    if !cell.kind.is_volume() {
+        return 1.0;
+    }
+    let sum: Vector3<f64> = cell.vertices.iter().map(|&vertex| at(vertex)).sum();
+    let middle = sum / cell.vertices.len() as f64;
+    let from_middle = |vertex: u32| at(vertex) - middle;
+    let (mut least, mut total, mut count) = (f64::INFINITY, 0.0, 0.0);
+    for cone in cell.faces().map(|face| cone_volume(&face, &from_middle)) {
+        least = least.min(cone);
+        total += cone.abs();
+        count += 1.0;
+    }
+    if total > 0.0 {
+        least / total * count
+    } else {
+        0.0
+    }
+}
+
+/// The determinant of three edges over the product of their lengths; 0 where one has none.
+fn scaled_determinant([a, b, c]: [Vector3<f64>; 3]) -> f64 {
+    let lengths = a.norm() * b.norm() * c.norm();
+    if lengths > 0.0 {
+        a.cross(&b).dot(&c) / lengths
+    } else {
+        0.0
+    }
+}
+
 /// Smallest determinant of the three edges at a corner, over the product of their lengths: 1 for a cube, below 0 where
 /// the cell folds over. `None` for kinds whose volume alone tells (tetrahedra, polyhedra) and for surface cells.
 /// `sign` is -1 to measure the mirror image, else 1.
 ///
 /// A corner with an edge of no length counts as 0: it is degenerate, not folded.
 pub(crate) fn smallest_corner(
-    positions: &[Vector3<f64>],
     cell: &Cell<'_>,
     sign: f64,
+    at: &impl Fn(u32) -> Vector3<f64>,
 ) -> Option<f64> {
     let ring = match cell.kind {
         CellType::Hexahedron | CellType::Pyramid => 4,
@@ -124,13 +172,7 @@ pub(crate) fn smallest_corner(
     };
     let (bottom, top) = cell.vertices.split_at(ring);
     let corner = |here: u32, others: [u32; 3]| {
-        let [a, b, c] = others.map(|other| positions[other as usize] - positions[here as usize]);
-        let lengths = a.norm() * b.norm() * c.norm();
-        if lengths > 0.0 {
-            sign * a.cross(&b).dot(&c) / lengths
-        } else {
-            0.0
-        }
+        sign * scaled_determinant(others.map(|other| at(other) - at(here)))
     };
     let mut least = f64::INFINITY;
     for here in 0..ring {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use sinew_mesh::{
-    Cell, CellType, Cells, Complex, Dimension, Grid, GridError, area, inspect, quality, shapes,
-    surface,
+    Cell, CellType, Cells, Complex, Dimension, Grid, GridError, area, inspect, quality,
+    scaled_jacobian, shapes, surface,
 };
 use sinew_mesh::{Surface, vertex_normals, volume};
 
@@ -431,5 +431,36 @@ proptest! {
             surface(&grid.cells);
             sinew_mesh::repair(grid);
         }
+    }
+}
+
+#[test]
+fn the_scaled_jacobian_is_1_for_a_cube_and_turns_with_the_cell() {
+    let jacobian = |grid: &Grid| {
+        let at = |vertex: u32| grid.positions[vertex as usize];
+        scaled_jacobian(&grid.cells.cell(0), at)
+    };
+    let corner = points(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    let cells = [
+        (one(CellType::Hexahedron, points(&CUBE), &[]), 1.0),
+        // All cones to the faces of a cube are of one size.
+        (one(CellType::Polyhedron, points(&CUBE), &CUBE_STREAM), 1.0),
+        // 1 at the right corner, 1 over two edges of length √2 at the others.
+        (one(CellType::Tetrahedron, corner, &[]), 0.5),
+        // Between edges at 60 degrees.
+        (prism(CellType::Wedge, 3, -1.0), 0.75_f64.sqrt()),
+    ];
+    for (mut grid, expected) in cells {
+        assert!((jacobian(&grid) - expected).abs() < 1e-12, "{expected}");
+        let upright = grid.positions.clone();
+        grid.positions
+            .iter_mut()
+            .for_each(|position| position.x *= -1.0);
+        assert!(jacobian(&grid) < -0.49, "{expected}");
+        grid.positions = upright;
+        grid.positions
+            .iter_mut()
+            .for_each(|position| position.x = 0.0);
+        assert!(jacobian(&grid).abs() < 1e-12, "{expected}");
     }
 }

@@ -55,30 +55,29 @@ impl Shared {
 
 fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, ServiceError> {
     let field = |name: &str| format!("edits[{index}].{name}");
-    let cells = |column: Option<&Indices>, name: &str| convert::indices(column, &field(name));
+    let indices = |column: Option<&Indices>, name: &str| convert::indices(column, &field(name));
     match edit.kind {
         Some(Kind::Open(v1::OpenEdit { facets })) => {
-            let ends = cells(facets.as_ref(), "open.facets")?;
-            let (facets, odd) = ends.as_chunks::<2>();
-            if !odd.is_empty() {
-                let problem = format!("has {} numbers", ends.len());
-                let remedy = "give two cells for each face";
-                return Err(invalid(
-                    "LENGTH_MISMATCH",
-                    field("open.facets"),
-                    problem,
-                    remedy,
-                ));
-            }
-            let facets = facets.to_vec();
+            let cells = indices(facets.as_ref(), "open.facets")?;
+            let remedy = "give two cells for each face";
+            let facets = pairs(&cells, field("open.facets"), remedy)?;
             Ok(Request::Open { facets })
         }
+        Some(Kind::Bisect(v1::BisectEdit { edges })) => {
+            let ends = indices(edges.as_ref(), "bisect.edges")?;
+            let remedy = "give two vertices for each edge";
+            let edges = pairs(&ends, field("bisect.edges"), remedy)?;
+            Ok(Request::Bisect { edges })
+        }
+        Some(Kind::Collapse(v1::CollapseEdit { kept, drawn })) => Ok(Request::Collapse {
+            edge: [kept, drawn],
+        }),
         Some(Kind::Remove(edit)) => {
-            let cells = cells(edit.cells.as_ref(), "remove.cells")?;
+            let cells = indices(edit.cells.as_ref(), "remove.cells")?;
             Ok(Request::Remove { cells })
         }
         Some(Kind::Subdivide(edit)) => {
-            let cells = cells(edit.cells.as_ref(), "subdivide.cells")?;
+            let cells = indices(edit.cells.as_ref(), "subdivide.cells")?;
             Ok(Request::Subdivide { cells })
         }
         Some(Kind::Separate(v1::SeparateEdit { a, b })) => {
@@ -98,7 +97,7 @@ fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, 
             check_length(thickness, &field("add.thickness"))?;
             let facet = |(i, facet): (usize, v1::Facet)| -> Result<Facet, ServiceError> {
                 let name = format!("add.facets[{i}].vertices");
-                let vertices = cells(facet.vertices.as_ref(), &name)?;
+                let vertices = indices(facet.vertices.as_ref(), &name)?;
                 let cell = facet.cell;
                 Ok(Facet { cell, vertices })
             };
@@ -112,6 +111,15 @@ fn read(index: usize, edit: v1::MeshEdit, labels: &[String]) -> Result<Request, 
             Err(invalid("FIELD_MISSING", field, "says nothing", remedy))
         }
     }
+}
+
+fn pairs(numbers: &[u32], field: String, remedy: &str) -> Result<Vec<[u32; 2]>, ServiceError> {
+    let (pairs, odd) = numbers.as_chunks::<2>();
+    if !odd.is_empty() {
+        let problem = format!("has {} numbers", numbers.len());
+        return Err(invalid("LENGTH_MISMATCH", field, problem, remedy));
+    }
+    Ok(pairs.to_vec())
 }
 
 fn check_length(length: f64, field: &str) -> Result<(), ServiceError> {
@@ -128,30 +136,37 @@ fn check_length(length: f64, field: &str) -> Result<(), ServiceError> {
 }
 
 fn outcome(answer: &Answer) -> v1::EditOutcome {
-    let packed = |cells: &[u32]| Some(Indices::pack(cells));
     let result = match answer {
-        Answer::Applied(done) | Answer::Refined { done, .. } => {
-            let Done {
-                opened,
-                closed,
-                cells,
-                vertices,
-                effects: _,
-            } = done;
-            Outcome::Done(v1::EditDone {
-                opened: *opened,
-                closed: *closed,
-                cells: packed(cells),
-                first_vertex: vertices.start,
-                vertex_count: vertices.end - vertices.start,
-            })
-        }
+        Answer::Applied(done) => Outcome::Done(told(done)),
+        Answer::Refined { kept, grown, done } => Outcome::Done(v1::EditDone {
+            kept_points: *kept,
+            grown_edges: *grown,
+            ..told(done)
+        }),
         Answer::Refused(refusal) => Outcome::Refused(v1::EditRefused {
             reason: refusal.to_string(),
-            cells: packed(refusal.cells()),
+            cells: Some(Indices::pack(refusal.cells())),
         }),
     };
     v1::EditOutcome {
         result: Some(result),
+    }
+}
+
+fn told(done: &Done) -> v1::EditDone {
+    let Done {
+        opened,
+        closed,
+        cells,
+        vertices,
+        effects: _, // events tell them
+    } = done;
+    v1::EditDone {
+        opened: *opened,
+        closed: *closed,
+        cells: Some(Indices::pack(cells)),
+        first_vertex: vertices.start,
+        vertex_count: vertices.end - vertices.start,
+        ..v1::EditDone::default()
     }
 }

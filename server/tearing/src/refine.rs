@@ -1,9 +1,9 @@
 //! Dividing cells, and drawing edges together.
 
-use sinew_topology::{Cell, Edge, Face, Vertex, Volume};
+use sinew_topology::{AnyCell, Cell, Edge, EditError, Face, Vertex, Volume};
 
 use crate::commit::{Batch, Made};
-use crate::shape::is_cell;
+use crate::shape::{Upright, is_cell, is_tetrahedron};
 use crate::{Body, Done, Refusal};
 
 impl Body {
@@ -17,13 +17,21 @@ impl Body {
         if volumes.is_empty() {
             return Err(Refusal::Nothing);
         }
+        let upright = Upright::of(&self.map, &self.rest, &volumes);
+        let (slots, rest) = (&self.slots, &self.rest);
         let ((), changes) = self.map.edit(|edit| {
             if edit.attempt(|edit| edit.split_hexahedra(&volumes)).is_err() {
                 for &volume in &volumes {
                     edit.star(volume)?;
                 }
             }
-            Ok::<_, Refusal>(())
+            let folded = upright.folded(edit, rest);
+            match folded.is_empty() {
+                true => Ok(()),
+                false => Err(Refusal::Blind {
+                    cells: slots_of(slots, &folded),
+                }),
+            }
         })?;
         let made = Made {
             cells,
@@ -39,6 +47,15 @@ impl Body {
         batch: &mut Batch,
     ) -> Result<Done, Refusal> {
         let (edges, cells) = self.edges(edges)?;
+        let (map, walk) = (&self.map, &mut self.walk);
+        let around = cells.iter().filter_map(|&slot| self.volumes[slot as usize]);
+        let mut others: Vec<_> = around.filter(|&v| !is_tetrahedron(map, v, walk)).collect();
+        others.sort_unstable();
+        others.dedup();
+        if !others.is_empty() {
+            let cells = slots_of(&self.slots, &others);
+            return Err(Refusal::NoTetrahedra { cells });
+        }
         let ((), changes) = self.map.edit(|edit| {
             edges
                 .iter()
@@ -53,32 +70,58 @@ impl Body {
     }
 
     /// Draws an edge together to the first of its vertices.
-    pub(crate) fn collapse(&mut self, edge: [u32; 2], batch: &mut Batch) -> Result<Done, Refusal> {
-        let (edges, cells) = self.edges(&[edge])?;
-        let kept = self.rest[edge[0] as usize];
-        let near = self.near(edge);
-        let (slots, walk) = (&self.slots, &mut self.walk);
-        let (vertex, changes) = self.map.edit(|edit| {
-            let vertex = edit.collapse(edges[0])?;
+    pub(crate) fn collapse(
+        &mut self,
+        vertices: [u32; 2],
+        batch: &mut Batch,
+    ) -> Result<Done, Refusal> {
+        let (edges, cells) = self.edges(&[vertices])?;
+        let (edge, kept) = (edges[0], self.map.cell_at::<Vertex>(vertices[0] as usize));
+        let kept = kept.expect("one end of the edge");
+        let near = self.near(vertices);
+        let upright = Upright::of(&self.map, &self.rest, &near);
+        let (slots, rest, walk) = (&self.slots, &self.rest, &mut self.walk);
+        let ((), changes) = self.map.edit(|edit| {
+            edit.collapse(edge, kept).map_err(|error| {
+                let EditError::NotCollapsible { at, reason, .. } = error else {
+                    return Refusal::Edit(error);
+                };
+                let cells = match at {
+                    AnyCell::Volume(volume) => vec![slots[volume.index()]],
+                    AnyCell::Vertex(_) | AnyCell::Edge(_) | AnyCell::Face(_) => cells.clone(),
+                };
+                Refusal::Tangled {
+                    vertices,
+                    reason,
+                    cells,
+                }
+            })?;
             let map = edit.map();
-            let mut is_spoilt = |volume: &Cell<Volume>| {
-                map.try_dart(*volume).is_some() && !is_cell(map, *volume, walk)
-            };
-            let spoilt: Vec<_> = near.into_iter().filter(&mut is_spoilt).collect();
-            if spoilt.is_empty() {
-                return Ok(vertex);
+            let alive = near
+                .iter()
+                .filter(|&&volume| map.try_dart(volume).is_some());
+            let spoilt: Vec<_> = alive
+                .copied()
+                .filter(|&volume| !is_cell(map, volume, walk))
+                .collect();
+            if !spoilt.is_empty() {
+                let cells = slots_of(slots, &spoilt);
+                return Err(Refusal::Spoilt { cells });
             }
-            let cells = spoilt.iter().map(|volume| slots[volume.index()]).collect();
-            Err(Refusal::Spoilt { cells })
+            let folded = upright.folded(edit, rest);
+            match folded.is_empty() {
+                true => Ok(()),
+                false => Err(Refusal::Folds {
+                    vertices,
+                    cells: slots_of(slots, &folded),
+                }),
+            }
         })?;
         let made = Made {
             cells,
             ..Made::default()
         };
-        let done = self.commit(&changes, &made, batch);
-        // The map may keep either name.
-        self.rest.set(vertex.index(), kept);
-        Ok(done)
+        Ok(self.commit(&changes, &made, batch))
     }
 
     /// The volumes at the ends of an edge, and those beside them.
@@ -124,4 +167,10 @@ impl Body {
             false => Ok((edges, cells)),
         }
     }
+}
+
+fn slots_of(slots: &[u32], volumes: &[Cell<Volume>]) -> Vec<u32> {
+    let mut slots: Vec<_> = volumes.iter().map(|v| slots[v.index()]).collect();
+    slots.sort_unstable();
+    slots
 }

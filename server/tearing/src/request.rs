@@ -51,7 +51,8 @@ pub enum Request {
         /// How high it is at rest, m, > 0.
         thickness: f64,
     },
-    /// Divides cells: hexahedra in eight each if all are, else each in a pyramid from its midst over each face.
+    /// Divides cells: hexahedra in eight each if all are, else each in a pyramid from its midst over each face. Refused
+    /// where a part would be flat or inside out of a cell that is neither.
     Subdivide {
         /// The cells, by slot.
         cells: Vec<u32>,
@@ -61,9 +62,10 @@ pub enum Request {
         /// The vertices at the ends of each edge.
         edges: Vec<[u32; 2]>,
     },
-    /// Draws an edge together to a vertex where the first one is. Refused where that would change what the mesh is.
+    /// Draws an edge together to the first of its vertices; the other is in no cell any more. Refused where that would
+    /// change what the mesh is, or turn a cell flat or inside out that is neither.
     Collapse {
-        /// The vertices at the ends of the edge.
+        /// The vertices at the ends of the edge, first the one to stay.
         edge: [u32; 2],
     },
 }
@@ -209,6 +211,49 @@ pub enum Refusal {
         /// The vertices.
         vertices: [u32; 2],
     },
+    /// Cells around an edge to be halved that are no tetrahedra.
+    #[error(
+        "around an edge to be halved {} cells are no tetrahedra; halve edges of tetrahedra alone, or subdivide the cells", cells.len()
+    )]
+    NoTetrahedra {
+        /// The cells.
+        cells: Vec<u32>,
+    },
+    /// An edge whose collapse would change what the mesh is.
+    #[error(
+        "the edge of vertices {} and {} cannot be drawn together: {reason}; halve an edge beside it first, or take another", vertices[0], vertices[1]
+    )]
+    Tangled {
+        /// The edge's.
+        vertices: [u32; 2],
+        /// What would be wrong.
+        reason: &'static str,
+        /// The cell that would be spoilt, or those around the edge.
+        cells: Vec<u32>,
+    },
+    /// An edge whose collapse would turn cells flat or inside out.
+    #[error(
+        "drawing vertex {} to vertex {} would turn {} cells flat or inside out; draw the other way, or take another edge", vertices[1], vertices[0], cells.len()
+    )]
+    Folds {
+        /// The edge's, first the one to stay.
+        vertices: [u32; 2],
+        /// The cells.
+        cells: Vec<u32>,
+    },
+    /// Cells of which subdividing would make parts that are flat or inside out.
+    #[error(
+        "{} cells are too warped to be divided from their middle: a part would be flat or inside out; leave them out", cells.len()
+    )]
+    Blind {
+        /// The cells.
+        cells: Vec<u32>,
+    },
+    /// Points that the mapping would not let part.
+    #[error(
+        "the mapping weighs points by straight distances, which lead through a tear: its two sides would go on moving alike; use mapping.weighting.flood, or open faces"
+    )]
+    Straight,
     /// A thickness that is none.
     #[error("a thickness of {thickness} m: give one above 0")]
     Thickness {
@@ -235,11 +280,18 @@ impl Refusal {
         match self {
             Self::NoCell { cell } | Self::NoFreeFacet { cell } => std::slice::from_ref(cell),
             Self::NoFacet { cells } | Self::Apart { cells } => cells,
-            Self::Spoilt { cells } | Self::Overlap { cells, .. } | Self::Gap { cells, .. } => cells,
+            Self::Spoilt { cells }
+            | Self::Overlap { cells, .. }
+            | Self::Gap { cells, .. }
+            | Self::NoTetrahedra { cells }
+            | Self::Tangled { cells, .. }
+            | Self::Folds { cells, .. }
+            | Self::Blind { cells } => cells,
             Self::NoEdge { .. }
             | Self::Thickness { .. }
             | Self::NoArea { .. }
             | Self::Nothing
+            | Self::Straight
             | Self::Unfollowed { .. }
             | Self::Edit(_) => &[],
         }

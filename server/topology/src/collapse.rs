@@ -6,36 +6,44 @@ use crate::orbit::Walk;
 use crate::{AnyCell, Cell, Dart, Edge, Edit, Map, Vertex, Volume};
 
 impl Edit<'_> {
-    /// Draws an edge together to its first vertex, the start of [`Map::dart`]; the other vertex dies into it. Triangles at
-    /// the edge become edges, and volumes that would enclose nothing any more (tetrahedra at the edge) become faces.
+    /// Draws an edge together to one of its vertices, `kept`; the other vertex dies into it. Triangles at the edge become
+    /// edges, and volumes that would enclose nothing any more (tetrahedra at the edge) become faces.
     ///
     /// Refused where that would change what the mesh is: where cells would become doubled, or touch themselves, or where
     /// the neighbourhood of a vertex would be no ball, or no half-ball on the boundary.
     ///
     /// # Errors
     /// [`EditError::NoCell`], [`EditError::OpenFace`], [`EditError::OpenVolume`], [`EditError::NotCollapsible`].
-    pub fn collapse(&mut self, edge: Cell<Edge>) -> Result<Cell<Vertex>, EditError> {
+    pub fn collapse(&mut self, edge: Cell<Edge>, kept: Cell<Vertex>) -> Result<(), EditError> {
         self.settle_whole()?;
         self.alive(edge)?;
+        let mut ends = self.map.ends(edge);
+        if ends[0] != kept {
+            ends.reverse();
+        }
+        if ends[0] != kept {
+            let (at, reason) = (AnyCell::Vertex(kept), "it is at neither end");
+            return Err(EditError::NotCollapsible { edge, at, reason });
+        }
         self.attempt(|edit| {
-            let (vertex, near) = edit.draw_together(edge)?;
+            let near = edit.draw_together(edge, ends)?;
             let mut walk = std::mem::take(&mut edit.map.walk);
-            let spoilt = spoilt(edit.map, vertex, near, &mut walk);
+            let spoilt = spoilt(edit.map, kept, near, &mut walk);
             edit.map.walk = walk;
             match spoilt {
-                None => Ok(vertex),
+                None => Ok(()),
                 Some((at, reason)) => Err(EditError::NotCollapsible { edge, at, reason }),
             }
         })
     }
 
-    /// Returns the vertex, and those whose surroundings changed.
+    /// Draws the second of an edge's ends to the first. Returns the vertices whose surroundings changed.
     fn draw_together(
         &mut self,
         edge: Cell<Edge>,
-    ) -> Result<(Cell<Vertex>, Vec<Cell<Vertex>>), EditError> {
+        ends: [Cell<Vertex>; 2],
+    ) -> Result<Vec<Cell<Vertex>>, EditError> {
         let first = self.map.dart(edge);
-        let ends = self.map.ends(edge);
         let refuse = |at, reason| EditError::NotCollapsible { edge, at, reason };
         if ends[0] == ends[1] {
             return Err(refuse(
@@ -104,7 +112,7 @@ impl Edit<'_> {
         let mut near: Vec<_> = darts.iter().map(|&dart| self.map.vertex(dart)).collect();
         near.sort_unstable();
         near.dedup();
-        Ok((ends[0], near))
+        Ok(near)
     }
 
     /// Joins the neighbours of faces that have two darts left, of which `flat` has one, and adds the darts to `gone`.

@@ -2,7 +2,7 @@
 
 use crate::error::EditError;
 use crate::journal::Undo;
-use crate::{AnyCell, Cell, Changes, Dart, Dimension, Event, Kind, Map, Vertex, Volume};
+use crate::{AnyCell, Cell, Changes, Dart, Dimension, Kind, Map, Vertex, Volume};
 
 /// A map that is being edited. What is done is final when the closure given to [`Map::edit`] returns `Ok`.
 ///
@@ -105,9 +105,9 @@ impl Edit<'_> {
         self.map
     }
 
-    /// What was changed so far.
-    pub fn events(&self) -> &[Event] {
-        &self.changes.events
+    /// What was changed so far; which darts were written to is known when the edit ends.
+    pub fn changes(&self) -> &Changes {
+        &self.changes
     }
 
     /// Makes a batch within the batch: if `part` refuses, only what it did is taken back.

@@ -85,6 +85,7 @@ fn level(kind: &EventKind) -> TextLogLevel {
         | EventKind::Removed
         | EventKind::Added
         | EventKind::Divided
+        | EventKind::Collapsed
         | EventKind::Followed(_) => TextLogLevel::INFO,
     };
     level.into()
@@ -101,6 +102,7 @@ fn line(event: &Event) -> String {
         EventKind::Removed => format!("{} cells removed", event.cells.len()),
         EventKind::Added => format!("{} cells added", event.cells.len()),
         EventKind::Divided => format!("{} cells divided", event.cells.len()),
+        EventKind::Collapsed => "an edge was drawn together".to_owned(),
         EventKind::Refused(why) => format!("refused: {why}"),
         EventKind::Followed(Effect::FragmentBorn {
             fragment,

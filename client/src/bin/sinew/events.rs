@@ -63,6 +63,7 @@ fn what(kind: Option<&Kind>) -> String {
         Some(Kind::Removed(_)) => "cells removed".to_owned(),
         Some(Kind::Added(_)) => "cells added".to_owned(),
         Some(Kind::Divided(_)) => "cells divided".to_owned(),
+        Some(Kind::Collapsed(_)) => "an edge was drawn together".to_owned(),
         Some(Kind::Refused(refused)) => format!("refused: {}", refused.reason),
         Some(Kind::FragmentBorn(born)) => format!(
             "fragment {} of {} born from {}",

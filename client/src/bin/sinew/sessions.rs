@@ -107,13 +107,15 @@ soft.toml:  filter.keep.k = 12
         #[arg(long, value_name = "SEQUENCE")]
         after: Option<u64>,
     },
-    /// Changes a session's mesh: tears, opens, closes, removes, adds or divides.
+    /// Changes a session's mesh: tears, opens, closes, removes, adds, divides, halves or draws together.
     #[command(after_help = "Examples:
   sinew sessions edit bar cut.json
 
 cut.json: {\"edits\": [{\"open\": {\"facets\": {\"values\": [3, 4, 11, 12]}}},
                      {\"remove\": {\"cells\": {\"values\": [7]}}},
-                     {\"separate\": {\"a\": \"LKNE\", \"b\": \"LANK\"}}]}")]
+                     {\"separate\": {\"a\": \"LKNE\", \"b\": \"LANK\"}},
+                     {\"bisect\": {\"edges\": {\"values\": [12, 40]}}},
+                     {\"collapse\": {\"kept\": 12, \"drawn\": 41}}]}")]
     Edit {
         /// The session.
         session: String,

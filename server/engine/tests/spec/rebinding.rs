@@ -224,7 +224,7 @@ fn what_is_bound_anew_locally_is_what_would_be_bound_as_a_whole() {
     let mut dice = Dice(1);
     for recipe in recipes().into_iter().chain(floods()) {
         let done: usize = (0..if long { 100 } else { 4 })
-            .map(|run| compare(&recipe, run % 2 == 1, &mut dice, 12))
+            .map(|run| compare(&recipe, run % 2 == 1, &mut dice, 16))
             .sum();
         assert!(done > 12, "{done} of {recipe:?}");
     }

@@ -5,7 +5,7 @@ use std::ops::Deref;
 
 use nalgebra::Vector3;
 use sinew_mapping::{Binding, Filter, Recipe, Reference, Rule, Weighting, bind};
-use sinew_mesh::{Cells, Grid};
+use sinew_mesh::{Cells, Grid, cell_volume, scaled_jacobian};
 use sinew_tearing::{Answer, Body, Done, Outcome, Patch, Request, View};
 use sinew_topology::{Edge, Face, Vertex, Volume, Walk};
 
@@ -161,6 +161,21 @@ pub(crate) fn volume(body: &Body) -> f64 {
     (0..grid.cells.len())
         .map(|cell| sinew_mesh::volume(&grid, cell))
         .sum()
+}
+
+/// The cells that fold over, by slot.
+pub(crate) fn folded(body: &Body) -> Vec<u32> {
+    let (rest, cells) = (body.rest(), body.cells());
+    let at = |vertex: u32| rest[vertex as usize];
+    let folds = |slot: &u32| scaled_jacobian(&cells.cell(*slot as usize), at) < -1e-9;
+    (0..number(cells.len())).filter(folds).collect()
+}
+
+/// The cells with a volume below 0, by slot.
+pub(crate) fn inside_out(body: &Body) -> Vec<u32> {
+    let (rest, cells) = (body.rest(), body.cells());
+    let is_out = |slot: &u32| cell_volume(rest, &cells.cell(*slot as usize)) < -1e-12;
+    (0..number(cells.len())).filter(is_out).collect()
 }
 
 /// Vertices, edges, faces and volumes.

@@ -1,9 +1,9 @@
 //! Each kind of request by itself, and long random sequences of all of them.
 
-use crate::common::{Followed, census, count_fragments, done, number, volume};
+use crate::common::{Followed, census, count_fragments, done, folded, inside_out, number, volume};
 use nalgebra::Vector3;
 use sinew_mapping::Filter;
-use sinew_mesh::{Grid, shapes};
+use sinew_mesh::{Cell, CellType, Cells, Grid, shapes};
 use sinew_tearing::{Answer, Effect, Facet, Refusal, Request};
 use sinew_topology::{Edge, Face};
 
@@ -109,6 +109,133 @@ fn material_grows_on_a_face_as_a_prism() {
     assert!((volume(&body) - before.1 - 0.25).abs() < 1e-12);
     assert_eq!(body.fragment_sizes()[0], 7);
     assert_eq!(outcome.patch.expect("it grew").cell_parents, [6]);
+}
+
+#[test]
+fn halved_edges_keep_the_volume_and_drawn_together_again_the_mesh() {
+    let mut body = Followed::new(shapes::tetrahedra(2, 2, 2));
+    let first = census(&body);
+    let vertices = number(body.rest().len());
+    let edges = vec![[0, 13]];
+    let outcome = body.apply(&[Request::Bisect { edges }]);
+    let halved = done(&outcome.answers[0]);
+    // The diagonal of a cube: six tetrahedra around it.
+    assert_eq!(
+        (halved.cells.len(), halved.vertices.clone()),
+        (6, vertices..vertices + 1)
+    );
+    let patch = outcome.patch.expect("it was halved");
+    assert_eq!(patch.cell_parents, halved.cells);
+    let mut parents = patch.vertex_parents;
+    parents.sort_unstable();
+    assert_eq!(parents, [0, 13]);
+    assert!((volume(&body) - 1.0).abs() < 1e-12);
+    let [v, e, f, c] = first;
+    assert_eq!(census(&body), [v + 1, e + 7, f + 12, c + 6]);
+    let edge = [0, vertices];
+    body.apply(&[Request::Collapse { edge }]);
+    assert_eq!((census(&body), folded(&body)), (first, vec![]));
+    assert!((volume(&body) - 1.0).abs() < 1e-12);
+    // Whichever end stays, the other is in no cell any more.
+    for edge in [[0, vertices], [vertices, 0]] {
+        let mut body = Followed::new(shapes::tetrahedra(2, 2, 2));
+        let edges = vec![[0, 13]];
+        let outcome = body.apply(&[Request::Bisect { edges }, Request::Collapse { edge }]);
+        assert_eq!(done(&outcome.answers[1]).cells.len(), 6);
+        let [kept, gone] = edge.map(|vertex| body.cells().connectivity.contains(&vertex));
+        assert!(kept && !gone);
+    }
+}
+
+#[test]
+fn an_edge_that_cannot_be_drawn_together_is_refused_with_what_stands_in_the_way() {
+    let body = Followed::new(shapes::tetrahedra(3, 3, 3));
+    let before = (body.map().digest(), body.rest().to_vec());
+    let mut counts = [0; 3];
+    let map = body.map();
+    let edges: Vec<_> = map
+        .cells::<Edge>()
+        .map(|edge| map.ends(edge).map(|end| number(end.index())))
+        .collect();
+    for ends in edges {
+        for edge in [ends, [ends[1], ends[0]]] {
+            let mut body = Followed::new(shapes::tetrahedra(3, 3, 3));
+            let outcome = body.apply(&[Request::Collapse { edge }]);
+            match &outcome.answers[0] {
+                Answer::Applied(_) => {
+                    counts[0] += 1;
+                    assert!(folded(&body).is_empty(), "{edge:?}");
+                }
+                Answer::Refused(refusal @ Refusal::Folds { vertices, cells }) => {
+                    counts[1] += 1;
+                    assert_eq!(*vertices, edge);
+                    assert!(!cells.is_empty() && refusal.to_string().contains("take another edge"));
+                    assert_eq!((body.map().digest(), body.rest().to_vec()), before);
+                }
+                Answer::Refused(
+                    refusal @ Refusal::Tangled {
+                        vertices, cells, ..
+                    },
+                ) => {
+                    counts[2] += 1;
+                    assert_eq!(*vertices, edge);
+                    assert!(!cells.is_empty() && refusal.to_string().contains("take another"));
+                    assert_eq!((body.map().digest(), body.rest().to_vec()), before);
+                }
+                other @ (Answer::Refined { .. } | Answer::Refused(_)) => {
+                    panic!("{edge:?}: {other:?}")
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 0), "{counts:?}");
+}
+
+#[test]
+fn only_tetrahedra_are_halved() {
+    let mut body = Followed::new(shapes::hexahedra(2, 1, 1));
+    let outcome = body.apply(&[
+        Request::Bisect {
+            edges: vec![[0, 1]],
+        },
+        Request::Bisect {
+            edges: vec![[0, 99]],
+        },
+    ]);
+    let refused = [
+        Refusal::NoTetrahedra { cells: vec![0] },
+        Refusal::NoEdge { vertices: [0, 99] },
+    ];
+    assert_eq!(outcome.answers, refused.map(Answer::Refused));
+}
+
+#[test]
+fn a_cell_whose_middle_does_not_see_all_of_it_is_not_divided() {
+    // A wedge with a corner drawn over to another: its sides are too warped.
+    for (drawn, is_divided) in [(0.0, true), (0.9, false)] {
+        let mut cells = Cells::default();
+        cells.push(Cell {
+            kind: CellType::Wedge,
+            vertices: &[0, 1, 2, 3, 4, 5],
+            face_stream: &[],
+        });
+        let at = |x, y, z| Vector3::new(x, y, z);
+        let positions = vec![
+            at(0.0, 0.0, 0.0),
+            at(0.0, 1.0, 0.0),
+            at(1.0, 0.0, 0.0),
+            at(0.0, 0.0, 1.0),
+            at(0.0, 1.0, 1.0),
+            at(1.0 - drawn, drawn, 1.0),
+        ];
+        let mut body = Followed::new(Grid { positions, cells });
+        let before = volume(&body);
+        let outcome = body.apply(&[Request::Subdivide { cells: vec![0] }]);
+        assert!(folded(&body).is_empty());
+        assert!((volume(&body) - before).abs() < 1e-12);
+        let refused = Answer::Refused(Refusal::Blind { cells: vec![0] });
+        assert_eq!(outcome.answers[0] != refused, is_divided);
+    }
 }
 
 #[test]
@@ -250,6 +377,7 @@ fn no_sequence_of_requests_breaks_a_body() {
             left -= 1;
             let request = dice.request(&body, 7);
             let (digest, before) = (body.map().digest(), volume(&body));
+            let is_upright = folded(&body).is_empty();
             let outcome = body.apply_again(std::slice::from_ref(&request));
             match &outcome.answers[0] {
                 Answer::Refused(_) => {
@@ -263,6 +391,12 @@ fn no_sequence_of_requests_breaks_a_body() {
             count_fragments(&body);
             is_plane &= !matches!(request, Request::Collapse { .. })
                 || matches!(outcome.answers[0], Answer::Refused(_));
+            if is_upright && !matches!(request, Request::Separate { .. }) {
+                assert!(folded(&body).is_empty(), "{request:?}");
+            }
+            if is_plane {
+                assert!(inside_out(&body).is_empty(), "{request:?}");
+            }
             if keeps_volume(&request) && is_plane {
                 let change = (volume(&body) - before).abs();
                 assert!(

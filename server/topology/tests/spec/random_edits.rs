@@ -62,7 +62,7 @@ fn shoot(edit: &mut Edit<'_>, shot: Shot) -> Result<(), EditError> {
         7 => edit.star(map.volume(dart)).map(drop),
         8 => edit.star_face(map.face(dart)).map(drop),
         9 => edit.bisect(map.edge(dart)).map(drop),
-        10 | 11 => edit.collapse(map.edge(dart)).map(drop),
+        10 | 11 => edit.collapse(map.edge(dart), map.vertex(dart)),
         12 => edit.remove_volume(map.volume(dart)),
         13 => edit.split_hexahedra(&[map.volume(dart)]),
         14 => {

@@ -114,8 +114,9 @@ fn collapsing_undoes_bisecting() {
         let before = census(&map);
         let edge = map.cell_at::<Edge>(index).unwrap();
         let (vertex, _) = map.edit(|edit| edit.bisect(edge)).unwrap();
-        assert_eq!(map.ends(edge)[1], vertex);
-        map.edit(|edit| edit.collapse(edge)).unwrap();
+        let [kept, drawn] = map.ends(edge);
+        assert_eq!(drawn, vertex);
+        map.edit(|edit| edit.collapse(edge, kept)).unwrap();
         assert_eq!((map.violations(), census(&map)), (vec![], before));
         assert_eq!(map.cell_at::<Vertex>(vertex.index()), None);
     }
@@ -130,8 +131,16 @@ fn a_collapse_that_would_change_the_topology_is_refused_and_changes_nothing() {
             continue;
         };
         let before = map.digest();
-        match map.edit(|edit| edit.collapse(edge)) {
-            Ok(_) => done += 1,
+        // Either end may stay.
+        let mut ends = map.ends(edge);
+        ends.rotate_left(index % 2);
+        let [kept, drawn] = ends;
+        match map.edit(|edit| edit.collapse(edge, kept)) {
+            Ok(_) => {
+                done += 1;
+                let left = [kept, drawn].map(|vertex| map.try_dart(vertex).is_some());
+                assert_eq!(left, [true, false]);
+            }
             Err(_) => {
                 refused += 1;
                 assert_eq!(map.digest(), before);
