@@ -79,7 +79,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn new(frame: &Frame, scars: &mut Scars) -> Self {
+    fn new(frame: &Frame, scars: &Scars) -> Self {
         let [surface, fracture] = split_surface(&frame.layout.cells, |face| scars.contain(face));
         let centre = centre(&surface, &frame.vertices);
         let away = surface
@@ -185,7 +185,7 @@ impl Recorder {
         let frame = &*shown.frame;
         let (drawn, whole) = match self.drawn.take().filter(|drawn| drawn.covers(frame)) {
             Some(drawn) => (drawn, false),
-            None => (Drawn::new(frame, &mut self.scars), true),
+            None => (Drawn::new(frame, &self.scars), true),
         };
         self.generation += u64::from(whole);
         let at = time_of(frame);

@@ -49,8 +49,8 @@ fn event(kind: EventKind) -> Event {
     }
 }
 
-/// Opens faces of a body that one point drives.
-fn open(body: &mut Body, facets: Vec<[u32; 2]>) -> Outcome {
+/// Changes a body that one point drives.
+fn apply(body: &mut Body, request: Request) -> Outcome {
     let recipe = Recipe {
         weighting: Weighting::default(),
         filter: Filter::KeepK(1),
@@ -65,7 +65,24 @@ fn open(body: &mut Body, facets: Vec<[u32; 2]>) -> Outcome {
         points: &points,
         now: &now,
     };
-    body.apply(&[Request::Open { facets }], &view)
+    body.apply(&[request], &view)
+}
+
+/// The frame of a body before anything happened to it.
+fn whole(body: &Body) -> Frame {
+    let vertices = body.rest().to_vec();
+    let layout = Layout {
+        dominant: vec![0; vertices.len()],
+        cells: body.cells().into(),
+        epoch: 1,
+        topology_version: 0,
+        hash: 0,
+    };
+    Frame {
+        vertices,
+        layout: Arc::new(layout),
+        ..Bar::new(1, 1).at(0)
+    }
 }
 
 /// Two slabs of four cubes come apart face by face, and together again. Each change and a step after it.
@@ -76,21 +93,13 @@ fn frames() -> (Vec<Frame>, usize) {
         greatest,
         threshold: 0.5,
     };
-    let mut frame = Bar::new(1, 1).at(0);
-    frame.vertices = body.rest().to_vec();
+    let mut frame = whole(&body);
     frame.measures = vec![measured(0.0)];
-    frame.layout = Arc::new(Layout {
-        dominant: vec![0; frame.vertices.len()],
-        cells: body.cells().into(),
-        epoch: 1,
-        topology_version: 0,
-        hash: 0,
-    });
-    let whole = body.cells();
+    let cells = body.cells();
     let (mut frames, mut seams) = (vec![frame.clone()], Vec::new());
     for facet in [[0, 1], [2, 3], [4, 5], [6, 7]] {
         let facets = vec![facet];
-        let patch = open(&mut body, facets).patch.unwrap();
+        let patch = apply(&mut body, Request::Open { facets }).patch.unwrap();
         let appended = patch.vertex_parents.iter();
         let at: Vec<_> = appended.map(|&v| frame.vertices[v as usize]).collect();
         frame.vertices.extend(at);
@@ -116,7 +125,7 @@ fn frames() -> (Vec<Frame>, usize) {
         ..Patch::default()
     });
     let events = vec![event(EventKind::Glued { faces: 4 })];
-    frames.push(next(&frame, whole, Change { events, patch }));
+    frames.push(next(&frame, cells, Change { events, patch }));
     (frames, torn)
 }
 
@@ -183,6 +192,36 @@ fn what_came_apart_is_drawn_by_itself_until_it_closes() {
     // Cleared, or never drawn where no frame between was taken.
     let closed = last(&frames, "/fracture", &triangles);
     assert!(matches!(closed, None | Some(0)), "{closed:?}");
+}
+
+#[test]
+fn what_came_apart_keeps_its_colour_when_it_is_cut() {
+    let (mut body, _) = Body::new(shapes::hexahedra(2, 1, 1)).unwrap();
+    let mut frames = vec![whole(&body)];
+    // One face opens; the cell beside it becomes eight, and all of these but one, away from the fracture, eight each.
+    // The faces of that one to the outside become hexagons.
+    let (one, seven) = (vec![0], (2..9).collect());
+    let facets = vec![[0, 1]];
+    let requests = [
+        (Request::Open { facets }, 2 * 10, 2 * 2),
+        (Request::Subdivide { cells: one }, 2 * (5 + 20), 2 * (1 + 4)),
+        (
+            Request::Subdivide { cells: seven },
+            2 * (5 + 68) + 3 * 4,
+            2 * (1 + 16),
+        ),
+    ];
+    let triangles = Mesh3D::descriptor_triangle_indices();
+    for (request, plain, torn) in requests {
+        let patch = apply(&mut body, request).patch.unwrap();
+        let mut frame = frames.last().unwrap().clone();
+        frame.vertices = body.rest().to_vec();
+        let events = vec![event(EventKind::Divided)];
+        let patch = Some(patch);
+        frames.push(next(&frame, body.cells(), Change { events, patch }));
+        assert_eq!(last(&frames, "/mesh", &triangles), Some(plain));
+        assert_eq!(last(&frames, "/fracture", &triangles), Some(torn));
+    }
 }
 
 #[test]
