@@ -1,7 +1,8 @@
 //! What a step costs in which the mesh changes, beside a plain one: `cargo bench -p sinew-engine`.
 //!
 //! Boxes of 10k, 100k and 1M tetrahedra, 64 points to 1,000 cells. An event opens the faces of some cells against their
-//! neighbours, up to 100 cells; it includes measures, patch, rebinding and pose. Wall time, medians.
+//! neighbours, up to 100 cells; it includes measures, patch, rebinding and pose. Beside it, what binding all anew takes
+//! after the last event. Wall time, medians.
 
 #![allow(clippy::unwrap_used, reason = "a measurement that cannot go on ends")]
 
@@ -145,13 +146,17 @@ fn main() {
                 events.push(time);
                 sizes.push(patch.map_or(0, |patch| patch.slots.len()) as f64);
             }
+            let mapping = scene(cubes, &rest, metric.clone(), *rule).mapping;
+            let bind = || timed(|| world.rest().bind(mapping.clone()).unwrap()).1;
+            let whole = median((0..3).map(|_| bind()).collect());
             let (plain, event) = (median(plain), median(events));
             println!(
-                "{cells:>8} {name:<9} step {:>8.1} us, event of {:>3.0} cells {:>9.1} us: {:>5.2} steps",
+                "{cells:>8} {name:<9} step {:>8.1} us, event of {:>3.0} cells {:>9.1} us: {:>5.2} steps; all bound anew {:>5.1} events",
                 plain * 1e6,
                 median(sizes),
                 event * 1e6,
                 (plain + event) / plain,
+                whole / event,
             );
         }
     }

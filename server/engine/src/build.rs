@@ -92,7 +92,7 @@ impl World {
             time_seconds: 0.0,
             capture_time_seconds: None,
             motion_sequence: None,
-            points: rest.points.clone(),
+            points: rest.points.to_vec(),
             orientations: points.orientations,
             point_states: points.states,
             doubts: Vec::new(),

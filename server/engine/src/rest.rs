@@ -23,11 +23,11 @@ use crate::{
 pub struct Rest {
     /// Of the mesh's topology.
     pub(crate) version: u64,
-    pub(crate) labels: Vec<String>,
+    pub(crate) labels: Arc<[String]>,
     /// m; not read where not present.
-    pub(crate) points: Vec<Vector3<f64>>,
+    pub(crate) points: Arc<[Vector3<f64>]>,
     /// Which points have a position at rest.
-    pub(crate) present: Vec<bool>,
+    pub(crate) present: Arc<[bool]>,
     /// m
     pub(crate) vertices: Vec<Vector3<f64>>,
     pub(crate) cells: Arc<Cells>,
@@ -42,8 +42,12 @@ pub struct Rest {
 pub struct Bound {
     pub(crate) mapping: Mapping,
     pub(crate) binding: Binding,
+    /// Which points may drive the mesh.
+    usable: Vec<bool>,
     /// Of the rest pose's topology.
     pub(crate) version: u64,
+    /// Whether it was posed: the frame's vertices are then what it makes of the frame's points.
+    pub(crate) is_posed: bool,
     /// Hash of `mapping`.
     fingerprint: u64,
 }
@@ -53,6 +57,17 @@ pub(crate) enum Rebound {
     Not,
     Some(Box<Renewal>),
     Whole(Box<Binding>),
+}
+
+impl Rebound {
+    /// The vertices that have to be posed where all others were, on the same points; `None` where all have to.
+    pub(crate) fn stale(&self) -> Option<Vec<u32>> {
+        match self {
+            Self::Not => Some(Vec::new()),
+            Self::Some(renewal) => renewal.alone().map(<[u32]>::to_vec),
+            Self::Whole(_) => None,
+        }
+    }
 }
 
 impl Rest {
@@ -66,9 +81,9 @@ impl Rest {
     ) -> Self {
         Self {
             version: 0,
-            labels,
-            points,
-            present,
+            labels: labels.into(),
+            points: points.into(),
+            present: present.into(),
             vertices,
             cells: Arc::clone(cells),
             may_change: false,
@@ -85,9 +100,9 @@ impl Rest {
     ) -> Self {
         Self {
             version,
-            labels: self.labels.clone(),
-            points: self.points.clone(),
-            present: self.present.clone(),
+            labels: Arc::clone(&self.labels),
+            points: Arc::clone(&self.points),
+            present: Arc::clone(&self.present),
             vertices,
             cells,
             may_change: true,
@@ -100,9 +115,12 @@ impl Rest {
     /// # Errors
     /// [`SceneError`], whose field is below `scene.mapping`.
     pub fn bind(&self, mapping: Mapping) -> Result<Bound, SceneError> {
+        let usable = self.usable(&mapping)?;
         Ok(Bound {
-            binding: self.binding(&mapping, &mapping.recipe)?,
+            binding: self.binding(&mapping, &mapping.recipe, &usable)?,
+            usable,
             version: self.version,
+            is_posed: false,
             // Numbers are written so that they read back the same: equal texts are equal mappings.
             fingerprint: xxh3_64(format!("{mapping:?}").as_bytes()),
             mapping,
@@ -110,11 +128,15 @@ impl Rest {
     }
 
     /// Binds by a recipe that is the mapping's, but for what it leaves open.
-    fn binding(&self, mapping: &Mapping, recipe: &Recipe) -> Result<Binding, SceneError> {
-        let usable = self.usable(mapping)?;
+    fn binding(
+        &self,
+        mapping: &Mapping,
+        recipe: &Recipe,
+        usable: &[bool],
+    ) -> Result<Binding, SceneError> {
         let asked = Asked::new(self, mapping)?;
         let mesh = asked.mesh(&self.vertices, self.version > 0, self.may_change);
-        sinew_mapping::bind_mesh(&mesh, &self.points, &usable, recipe)
+        sinew_mapping::bind_mesh(&mesh, &self.points, usable, recipe)
             .map_err(|error| mapping_refusal(mapping, &error))
     }
 
@@ -127,7 +149,7 @@ impl Rest {
     /// Which points may drive the mesh.
     fn usable(&self, mapping: &Mapping) -> Result<Vec<bool>, SceneError> {
         if mapping.points.is_empty() {
-            return Ok(self.present.clone());
+            return Ok(self.present.to_vec());
         }
         let mut usable = vec![false; self.present.len()];
         for (i, label) in mapping.points.iter().enumerate() {
@@ -167,20 +189,19 @@ impl Bound {
         if stale.is_empty() && recipe.stands_alone() {
             return Ok(Rebound::Not);
         }
-        let usable = rest.usable(&self.mapping)?;
         let mesh = Mesh::of_vertices(&rest.vertices);
         let rewiring = Rewiring::new(turn, known, recipe);
         let change = Change {
             vertices: &stale,
             wiring: rewiring.as_ref().map(Rewiring::wiring),
         };
-        let renewal = (self.binding).renewal(&mesh, &rest.points, &usable, recipe, &change);
+        let renewal = (self.binding).renewal(&mesh, &rest.points, &self.usable, recipe, &change);
         if let Some(renewal) = renewal {
             return Ok(Rebound::Some(Box::new(renewal)));
         }
         let mut recipe = recipe.clone();
         recipe.weighting.scale = Some(self.binding.scale());
-        let mut binding = rest.binding(&self.mapping, &recipe)?;
+        let mut binding = rest.binding(&self.mapping, &recipe, &self.usable)?;
         binding.go_on(&self.binding);
         if let Some([vertices, points]) = self.binding.previous() {
             let mut vertices = vertices.to_vec();

@@ -163,7 +163,7 @@ impl World {
         asks: &[Ask],
     ) -> Result<Vec<Answer>, StepError> {
         let mut answers = Vec::new();
-        let mut patch = None;
+        let (mut patch, mut stale) = (None, None);
         if let Some(topology) = self.topology.as_mut().filter(|_| !asks.is_empty()) {
             let view = View {
                 binding: &self.bound.binding,
@@ -173,11 +173,15 @@ impl World {
             let requests: Vec<_> = asks.iter().map(|ask| ask.request.clone()).collect();
             let outcome = topology.body.apply(&requests, &view);
             (answers, patch) = (outcome.answers, outcome.patch);
-            if let Some(Err(error)) = patch.as_ref().map(|patch| self.follow(patch, next.step)) {
-                self.revert();
-                let reason = error.message;
-                answers.fill(Answer::Refused(Refusal::Unfollowed { reason }));
-                patch = None;
+            match patch.as_ref().map(|patch| self.follow(patch, next.step)) {
+                None => {}
+                Some(Ok(vertices)) => stale = vertices,
+                Some(Err(error)) => {
+                    self.revert();
+                    let reason = error.message;
+                    answers.fill(Answer::Refused(Refusal::Unfollowed { reason }));
+                    patch = None;
+                }
             }
             for (ask, answer) in asks.iter().zip(&answers) {
                 events.extend(tell(ask, answer));
@@ -187,7 +191,10 @@ impl World {
             next.layout = Arc::clone(&self.layout);
             next.vertices
                 .resize(self.rest.vertices.len(), Vector3::zeros());
-            self.pose(next)?;
+            match stale.filter(|_| self.bound.is_posed) {
+                Some(vertices) => self.pose_alone(next, &vertices)?,
+                None => self.pose(next)?,
+            }
         }
         if !events.is_empty() || patch.is_some() {
             next.change = Some(Arc::new(Change { events, patch }));
@@ -201,11 +208,12 @@ impl World {
         topology.expect("what made a patch").body.revert();
     }
 
-    /// Takes over a change of the body: everything that counts vertices or cells.
+    /// Takes over a change of the body: everything that counts vertices or cells. Gives the vertices that have to be posed
+    /// where all others were on the same points; `None` where all have to.
     ///
     /// # Errors
     /// As [`Rest::bind`]; nothing but the body is changed then.
-    fn follow(&mut self, patch: &Patch, step: u64) -> Result<(), SceneError> {
+    fn follow(&mut self, patch: &Patch, step: u64) -> Result<Option<Vec<u32>>, SceneError> {
         let topology = self.topology.as_mut().expect("what made a patch");
         let body = &topology.body;
         let vertices = body.rest().len();
@@ -228,6 +236,8 @@ impl World {
         if let Some(blend) = &mut self.blend {
             blend.follow(&turn)?;
         }
+        // While the mesh blends, its vertices are no pose of one binding.
+        let stale = bound.stale().filter(|_| self.blend.is_none());
         self.bound.take(bound, version);
         topology.changed_at.resize(vertices, None);
         for &vertex in &patch.cells.connectivity {
@@ -249,7 +259,7 @@ impl World {
             cells,
         });
         self.rest = Arc::new(rest);
-        Ok(())
+        Ok(stale)
     }
 }
 

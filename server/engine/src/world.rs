@@ -158,8 +158,24 @@ impl World {
         if let Some(blend) = &mut self.blend {
             blend.mix(&next.points, next.time_seconds, &mut next.vertices)?;
         }
+        self.bound.is_posed = true;
         check_range("point", &next.points)?;
         check_range("vertex", &next.vertices)
+    }
+
+    /// Poses these vertices, where all others are posed on the same points.
+    pub(crate) fn pose_alone(&self, next: &mut Frame, vertices: &[u32]) -> Result<(), StepError> {
+        (self.bound.binding).pose_alone(vertices, &mut next.vertices);
+        let place = |&vertex: &u32| next.vertices[vertex as usize];
+        let places: Vec<_> = vertices.iter().map(place).collect();
+        match first_out_of_range(&places) {
+            None => Ok(()),
+            Some(at) => Err(StepError::OutOfRange {
+                what: "vertex",
+                index: vertices[at] as usize,
+                position: places[at].into(),
+            }),
+        }
     }
 
     /// Measures, and does what the rules ask for.

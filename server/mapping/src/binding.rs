@@ -1,7 +1,9 @@
+use std::sync::{Arc, OnceLock};
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::compile::{Compiler, Operator, Previous};
-use crate::distance::spacing;
+use crate::distance::{Seeker, spacing};
 use crate::flooded::Flooded;
 use crate::targets::{Kept, Mesh};
 use crate::{
@@ -27,6 +29,8 @@ pub struct Binding {
     pub(crate) operator: Operator,
     previous: Option<Previous>,
     pub(crate) flooded: Option<Box<Flooded>>,
+    /// Made when new vertices first look for their points.
+    pub(crate) seeker: OnceLock<Arc<Seeker>>,
 }
 
 /// Binds vertices to points at rest, by their distances alone.
@@ -128,6 +132,7 @@ pub fn bind_mesh(
         }),
         compiler,
         flooded: flooded.map(Box::new),
+        seeker: OnceLock::new(),
     })
 }
 
@@ -160,6 +165,19 @@ impl Binding {
             previous.points.copy_from_slice(points);
         }
         Ok(())
+    }
+
+    /// Writes the positions of these vertices, m, as the last [`Self::pose`] would have: those that
+    /// [`Renewal::alone`](crate::Renewal::alone) tells, after they were bound anew. At their cost.
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn pose_alone(&self, vertices: &[u32], out: &mut [Vector3<f64>]) {
+        match &self.operator {
+            Operator::Linear(linear) => linear.pose_alone(vertices, out),
+            Operator::Shape(shape) => shape.pose_alone(vertices, out),
+            Operator::Interpolation(_) => panic!("all vertices have one interpolation"),
+        }
     }
 
     /// The point of greatest weight of each vertex, ties to the lower index; of fits that share or turn and of an

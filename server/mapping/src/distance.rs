@@ -102,6 +102,19 @@ impl Distances {
 
 type Tree = ImmutableKdTree<f64, u32, 3, 32>;
 
+/// The usable points, to find those near to a place.
+#[derive(Clone)]
+pub(crate) struct Seeker {
+    usable: Vec<u32>,
+    tree: Tree,
+}
+
+impl std::fmt::Debug for Seeker {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Seeker").field(&self.usable.len()).finish()
+    }
+}
+
 /// The `count` ≥ 1 nearest of the usable points for each vertex (all, if there are fewer).
 ///
 /// Weights fall with distance, so these are the greatest `count` weights, and nothing else need be computed for a
@@ -112,32 +125,46 @@ pub(crate) fn nearest(
     usable: &[u32],
     count: usize,
 ) -> Distances {
-    let places: Vec<[f64; 3]> = usable.iter().map(|&j| points[j as usize].into()).collect();
-    let tree = Tree::new_from_slice(&places);
-    let stride = count.min(usable.len());
-    let mut distances = Distances {
-        stride,
-        points: vec![usable[0]; vertices.len() * stride],
-        squared: vec![f64::INFINITY; vertices.len() * stride],
-    };
-    let fill = |vertices: &[Vector3<f64>], points: &mut [u32], squared: &mut [f64]| {
-        let rows = points
-            .chunks_exact_mut(stride)
-            .zip(squared.chunks_exact_mut(stride));
-        for (vertex, (points, squared)) in vertices.iter().zip(rows) {
-            fill_row(&tree, usable, &(*vertex).into(), points, squared);
+    Seeker::new(points, usable).nearest(vertices, count)
+}
+
+impl Seeker {
+    pub(crate) fn new(points: &[Vector3<f64>], usable: &[u32]) -> Self {
+        let places: Vec<[f64; 3]> = usable.iter().map(|&j| points[j as usize].into()).collect();
+        Self {
+            usable: usable.to_vec(),
+            tree: Tree::new_from_slice(&places),
         }
-    };
-    if worth_sharing(vertices.len()) {
-        vertices
-            .par_chunks(BLOCK)
-            .zip(distances.points.par_chunks_mut(BLOCK * stride))
-            .zip(distances.squared.par_chunks_mut(BLOCK * stride))
-            .for_each(|((vertices, points), squared)| fill(vertices, points, squared));
-    } else {
-        fill(vertices, &mut distances.points, &mut distances.squared);
     }
-    distances
+
+    /// As [`nearest`].
+    pub(crate) fn nearest(&self, vertices: &[Vector3<f64>], count: usize) -> Distances {
+        let Self { usable, tree } = self;
+        let stride = count.min(usable.len());
+        let mut distances = Distances {
+            stride,
+            points: vec![usable[0]; vertices.len() * stride],
+            squared: vec![f64::INFINITY; vertices.len() * stride],
+        };
+        let fill = |vertices: &[Vector3<f64>], points: &mut [u32], squared: &mut [f64]| {
+            let rows = points
+                .chunks_exact_mut(stride)
+                .zip(squared.chunks_exact_mut(stride));
+            for (vertex, (points, squared)) in vertices.iter().zip(rows) {
+                fill_row(tree, usable, &(*vertex).into(), points, squared);
+            }
+        };
+        if worth_sharing(vertices.len()) {
+            vertices
+                .par_chunks(BLOCK)
+                .zip(distances.points.par_chunks_mut(BLOCK * stride))
+                .zip(distances.squared.par_chunks_mut(BLOCK * stride))
+                .for_each(|((vertices, points), squared)| fill(vertices, points, squared));
+        } else {
+            fill(vertices, &mut distances.points, &mut distances.squared);
+        }
+        distances
+    }
 }
 
 /// Multiplies the distances of each point by its coefficient, and orders the rows anew. What is out of reach stays so,

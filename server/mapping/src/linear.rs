@@ -70,6 +70,22 @@ impl Linear {
         });
     }
 
+    /// These vertices, by the displacements of the last pose.
+    pub(crate) fn pose_alone(&self, vertices: &[u32], out: &mut [Vector3<f64>]) {
+        let stride = self.weights.stride;
+        for vertex in vertices.iter().map(|&vertex| vertex as usize) {
+            let row = vertex * stride..(vertex + 1) * stride;
+            pose_block(
+                &self.rest_vertices[vertex..=vertex],
+                &self.weights.points[row.clone()],
+                &self.weights.values[row],
+                stride,
+                &self.displacements,
+                &mut out[vertex..=vertex],
+            );
+        }
+    }
+
     /// Bytes that a pose reads and writes, each array once.
     pub(crate) fn bytes(&self) -> usize {
         2 * size_of_val(&*self.rest_vertices)

@@ -1,10 +1,12 @@
 //! Bindings that follow a mesh of which little changed.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::binding::{Binding, check_coordinates, usable_points};
 use crate::compile::{Compiler, Operator};
-use crate::distance::Distances;
+use crate::distance::{Distances, Seeker, scaled};
 use crate::filter::{Surroundings, filter};
 use crate::flooded::{Renewed, Turned};
 use crate::{
@@ -81,6 +83,19 @@ impl Filter {
     }
 }
 
+impl Renewal {
+    /// The vertices that move otherwise than before, where their motion is at hand after a pose of all others on the same
+    /// points: [`Binding::pose_alone`] poses them. `None` where all have to be posed.
+    #[must_use]
+    pub fn alone(&self) -> Option<&[u32]> {
+        match &self.operator {
+            None | Some(Operator::Linear(_)) => Some(&self.vertices),
+            Some(Operator::Shape(_)) => (!self.homes.is_empty()).then_some(&self.vertices),
+            Some(Operator::Interpolation(_)) => None,
+        }
+    }
+}
+
 impl Binding {
     /// Binds anew what a change of the mesh makes other than it was, as [`bind_mesh`](crate::bind_mesh) with the scale of
     /// this binding would. Of straight distances that is at the cost of the vertices that changed and of all points;
@@ -106,7 +121,7 @@ impl Binding {
         }
         let usable = usable_points(points, usable).ok()?;
         let found = match change.wiring {
-            _ if recipe.stands_alone() => straight(mesh, points, &usable, recipe, change)?,
+            _ if recipe.stands_alone() => self.straight(mesh, points, &usable, recipe, change)?,
             Some(wiring) => self.flooded(mesh, points, &usable, recipe, change, wiring)?,
             None => return None,
         };
@@ -126,6 +141,45 @@ impl Binding {
             return Some(renewal);
         }
         self.compiled(renewal, mesh, points, distances, recipe.rule)
+    }
+
+    /// The vertices that changed, where each stands alone.
+    fn straight(
+        &self,
+        mesh: &Mesh<'_>,
+        points: &[Vector3<f64>],
+        usable: &[u32],
+        recipe: &Recipe,
+        change: &Change<'_>,
+    ) -> Option<Found> {
+        let places: Vec<_> = (change.vertices.iter())
+            .map(|&vertex| mesh.vertices[vertex as usize])
+            .collect();
+        Mesh::of_vertices(&places).check(&recipe.weighting).ok()?;
+        let seeker = self
+            .seeker
+            .get_or_init(|| Arc::new(Seeker::new(points, usable)));
+        let coefficients = &recipe.weighting.coefficients[..];
+        let mut demand = recipe.filter.demand();
+        let distances = loop {
+            let by_number = demand.within < 0.0 && coefficients.is_empty();
+            let count = if by_number { demand.count } else { usize::MAX };
+            let near = seeker.nearest(&places, count); // [W1]
+            let seen = match coefficients {
+                [] => near,
+                coefficients => scaled(near, coefficients), // [W6]
+            };
+            match filtered(seen, mesh, points, recipe) {
+                Some(kept) => break kept,
+                None if demand.grows && demand.count < usable.len() => demand.count *= 2,
+                None => return None,
+            }
+        };
+        Some(Found {
+            vertices: change.vertices.to_vec(),
+            distances,
+            flooded: None,
+        })
     }
 
     /// The vertices whose flood changed.
@@ -257,26 +311,6 @@ impl Binding {
             }
         }
     }
-}
-
-/// The vertices that changed, where each stands alone.
-fn straight(
-    mesh: &Mesh<'_>,
-    points: &[Vector3<f64>],
-    usable: &[u32],
-    recipe: &Recipe,
-    change: &Change<'_>,
-) -> Option<Found> {
-    let places: Vec<_> = (change.vertices.iter())
-        .map(|&vertex| mesh.vertices[vertex as usize])
-        .collect();
-    let some = Mesh::of_vertices(&places);
-    some.check(&recipe.weighting).ok()?;
-    Some(Found {
-        vertices: change.vertices.to_vec(),
-        distances: some.kept(points, usable, recipe).ok()?.distances,
-        flooded: None,
-    })
 }
 
 /// What of these distances a filter keeps.

@@ -298,6 +298,20 @@ impl Shape {
         });
     }
 
+    /// These vertices, by the motions of the last pose.
+    pub(crate) fn pose_alone(&self, vertices: &[u32], out: &mut [Vector3<f64>]) {
+        for vertex in vertices.iter().map(|&vertex| vertex as usize) {
+            let cluster = self.clusters.of_vertex[vertex] as usize;
+            let offset = &self.offsets[vertex];
+            out[vertex] = match &self.mode {
+                Mode::Rigid | Mode::Linear { .. } => self.motions[cluster].apply(offset),
+                Mode::Quadratic { bends, .. } => {
+                    self.motions[cluster].apply(offset) + bends[cluster].apply(offset)
+                }
+            };
+        }
+    }
+
     fn fit(&mut self, points: &[Vector3<f64>]) {
         let Self {
             clusters,

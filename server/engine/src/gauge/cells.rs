@@ -281,32 +281,30 @@ fn bound(parts: &Parts, scale: &Scale<'_>) -> (Vec<u32>, f64) {
     if (vertices.first()).is_some_and(|&vertex| binding.weights(vertex as usize).len() > BOUNDED) {
         return NONE;
     }
-    let rows = vertices
-        .iter()
-        .flat_map(|&vertex| binding.weights(vertex as usize));
-    let mut support: Vec<u32> = rows.map(|(point, _)| point).collect();
+    let (mut starts, mut entries) = (vec![0], Vec::new());
+    for &vertex in &vertices {
+        let start = entries.len();
+        binding.visit(vertex as usize, |point, weight| {
+            entries.push((point, weight))
+        });
+        entries[start..].sort_unstable_by_key(|&(point, _)| point);
+        starts.push(entries.len());
+    }
+    let mut support: Vec<u32> = entries.iter().map(|(point, _)| *point).collect();
     support.sort_unstable();
     support.dedup();
     if support.len() > BOUNDED {
         return NONE;
     }
-    let row = |vertex: u32| {
-        let mut row = vec![0.0; support.len()];
-        for (point, weight) in binding.weights(vertex as usize) {
-            let at = support.partition_point(|&known| known < point);
-            row[at] += weight;
-        }
-        row
+    let row_of = |vertex: u32| {
+        let at = vertices.partition_point(|&known| known < vertex);
+        &entries[starts[at]..starts[at + 1]]
     };
-    let rows: Vec<Vec<f64>> = vertices.iter().map(|&vertex| row(vertex)).collect();
-    let row_of = |vertex: u32| &rows[vertices.partition_point(|&known| known < vertex)];
     let mut sensitivity = 0.0_f64;
     for (part, unit) in spans {
         let first = row_of(part[0]);
         for &vertex in &part[1..] {
-            let differences = first.iter().zip(row_of(vertex)).map(|(a, b)| a - b);
-            let (sum, size) =
-                differences.fold((0.0, 0.0), |(sum, size), d| (sum + d, size + d.abs()));
+            let (sum, size) = difference(first, row_of(vertex));
             if f64::abs(sum) > UNEQUAL {
                 return NONE;
             }
@@ -314,4 +312,24 @@ fn bound(parts: &Parts, scale: &Scale<'_>) -> (Vec<u32>, f64) {
         }
     }
     (support, sensitivity.max(f64::MIN_POSITIVE))
+}
+
+/// The sum of the differences of two rows of weights, and that of their sizes. Points ascend in both.
+fn difference(mut a: &[(u32, f64)], mut b: &[(u32, f64)]) -> (f64, f64) {
+    let next = |row: &[(u32, f64)]| row.first().map_or(u32::MAX, |entry| entry.0);
+    let (mut sum, mut size) = (0.0, 0.0);
+    while !(a.is_empty() && b.is_empty()) {
+        let point = next(a).min(next(b));
+        let take = |row: &mut &[(u32, f64)]| match row.split_first() {
+            Some((entry, rest)) if entry.0 == point => {
+                *row = rest;
+                entry.1
+            }
+            Some(_) | None => 0.0,
+        };
+        let difference = take(&mut a) - take(&mut b);
+        sum += difference;
+        size += f64::abs(difference);
+    }
+    (sum, size)
 }
