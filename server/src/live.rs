@@ -20,6 +20,8 @@ const MOST: usize = 1024;
 const BYTES: usize = 64 << 20;
 /// Periods between two frames across which points are interpolated: one frame may be lost.
 const GAP: f64 = 2.5;
+/// And time across which they are, s, where the frame after it is here: so long a limb's way is a line, but for millimetres.
+const BRIDGE: f64 = 0.05;
 /// A moment this close to a frame is the frame's, in steps: what sums of decimal fractions are off by.
 const ROUNDING: f64 = 1e-6;
 
@@ -65,7 +67,7 @@ impl Live {
         Self {
             clock: Clock::default(),
             delay: Delay::default(),
-            buffer: Buffer::new(capacity, GAP * period, leap),
+            buffer: Buffer::new(capacity, BRIDGE.max(GAP * period), leap),
             capacity,
             points,
             period,

@@ -48,6 +48,8 @@ pub struct Buffer {
     leap: f64,
     /// The moment asked for last.
     past: f64,
+    /// When and where each marker was seen last by then.
+    last: Vec<(f64, Vector3<f64>)>,
     counts: Counts,
 }
 
@@ -68,6 +70,7 @@ impl Buffer {
             span,
             leap,
             past: f64::NEG_INFINITY,
+            last: Vec::new(),
             counts: Counts::default(),
         }
     }
@@ -103,8 +106,8 @@ impl Buffer {
         }
     }
 
-    /// Markers at `time`, which never goes back: linear between the two frames around it, where both see the marker. A
-    /// marker that is not in both is not seen, except at a frame's own moment. `None` where no frame is near.
+    /// Markers at `time`, which never goes back: linear between the two frames around it that see the marker, if these
+    /// are near enough and the later one is here already; else the marker is not seen. `None` where no frame is near.
     ///
     /// The sequence is that of the last frame at or before `time`, or else the first one's.
     pub fn at(&mut self, time: f64) -> Option<Sample> {
@@ -112,19 +115,46 @@ impl Buffer {
         let snap = SNAP * self.span;
         let after = (self.frames).partition_point(|frame| frame.time <= time + snap);
         // All before the one at or before `time` is past.
+        for i in 0..after {
+            remember(&mut self.last, &self.frames[i]);
+        }
         self.frames.drain(..after.saturating_sub(1));
         let before = (after > 0).then(|| &self.frames[0]);
         let next = self.frames.get(usize::from(after > 0));
-        match (before, next) {
-            (Some(frame), _) if time - frame.time <= snap => Some(Sample {
+        let frame = match (before, next) {
+            (Some(frame), _) if time - frame.time <= snap => Sample {
                 time,
                 ..frame.clone()
-            }),
-            (Some(a), Some(b)) if b.time - a.time <= self.span => {
-                Some(between(a, b, time, self.leap))
+            },
+            (Some(a), Some(b)) if b.time - a.time <= self.span => Sample {
+                sequence: a.sequence,
+                time,
+                positions: vec![Vector3::zeros(); a.positions.len()],
+                seen: vec![false; a.seen.len()],
+            },
+            _ => return None,
+        };
+        Some(self.bridge(frame))
+    }
+
+    /// Puts markers that a frame does not see between when they were seen before it and when they are seen after it.
+    fn bridge(&self, mut frame: Sample) -> Sample {
+        let later = self.frames.range(1.min(self.frames.len())..);
+        for i in (0..frame.seen.len())
+            .filter(|&i| !frame.seen[i])
+            .collect::<Vec<_>>()
+        {
+            let a = self.last[i];
+            let near = later
+                .clone()
+                .take_while(|next| next.time - a.0 <= self.span);
+            if let Some(next) = near.into_iter().find(|next| next.seen[i]) {
+                let b = (next.time, next.positions[i]);
+                frame.positions[i] = between(a, b, frame.time, self.leap);
+                frame.seen[i] = true;
             }
-            _ => None,
         }
+        frame
     }
 
     /// The time of the last frame that waits, s.
@@ -148,23 +178,26 @@ impl Buffer {
     }
 }
 
-fn between(a: &Sample, b: &Sample, time: f64, leap: f64) -> Sample {
-    let share = (time - a.time) / (b.time - a.time);
-    let reach = leap * (b.time - a.time);
-    let line = |a: &Vector3<f64>, b: &Vector3<f64>| match (b - a).norm() <= reach {
-        true => a.lerp(b, share),
-        false if share < 0.5 => *a,
-        false => *b,
-    };
-    let seen: Vec<bool> = a.seen.iter().zip(&b.seen).map(|(a, b)| *a && *b).collect();
-    let place = |i: usize| match seen[i] {
-        true => line(&a.positions[i], &b.positions[i]),
-        false => Vector3::zeros(),
-    };
-    Sample {
-        sequence: a.sequence,
-        time,
-        positions: (0..seen.len()).map(place).collect(),
-        seen,
+fn remember(last: &mut Vec<(f64, Vector3<f64>)>, frame: &Sample) {
+    last.resize(frame.seen.len(), (f64::NEG_INFINITY, Vector3::zeros()));
+    let seen = frame.positions.iter().zip(&frame.seen);
+    for (last, (place, seen)) in last.iter_mut().zip(seen) {
+        if *seen {
+            *last = (frame.time, *place);
+        }
+    }
+}
+
+fn between(
+    (before, a): (f64, Vector3<f64>),
+    (after, b): (f64, Vector3<f64>),
+    time: f64,
+    leap: f64,
+) -> Vector3<f64> {
+    let share = (time - before) / (after - before);
+    match (b - a).norm() <= leap * (after - before) {
+        true => a.lerp(&b, share),
+        false if share < 0.5 => a,
+        false => b,
     }
 }

@@ -6,6 +6,7 @@
 
 mod buffer;
 mod clock;
+mod course;
 mod delay;
 mod neighbours;
 mod sample;

@@ -1,23 +1,59 @@
 //! Where a marker should be, by those around it.
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 
 /// How many markers speak for one that is not seen.
 const MOST: usize = 16;
 /// What [`Rotation3::from_matrix_eps`] calls done, rad, and after how many steps it gives up.
 const ANGLE: f64 = 1e-12;
 const STEPS: usize = 100;
-/// Neighbours are in a line where their second extent is less than a fifth of the first, squared.
-const SLENDER: f64 = 0.04;
-/// Arms this small beside the places that they are told from are their rounding.
-const ROUNDING: f64 = 1e-12;
+/// By what share of their distance two markers are taken to part as long as nothing is known, and at least.
+const SOFT: f64 = 0.03;
+const STIFF: f64 = 1e-7;
+/// After how much of its way a marker knows who goes with it, and after how much it forgets, m.
+const LEARN: f64 = 0.1;
+const FORGET: f64 = 2.0;
+/// How fast a part of a body turns, rad/s: what its markers say less surely than this is not believed.
+const TURN: f64 = 10.0;
+/// What is left of that where it is not known how they were turned before.
+const AFRESH: f64 = 1e-6;
+/// What an arm says of a turn about an axis, on average over all axes.
+const LEVER: f64 = 2.0 / 3.0;
 
-/// The markers nearest to one at rest, and how much each has to say.
+/// One that may go with a marker.
+#[derive(Clone, Debug)]
+struct Neighbour {
+    index: usize,
+    rest: Vector3<f64>,
+    /// Of its distance to the marker: mean, m, and variance, m², of what was seen.
+    mean: f64,
+    variance: f64,
+    /// At rest, m².
+    squared: f64,
+}
+
+/// The markers nearest to one at rest, and how closely each goes with it.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours {
     rest: Vector3<f64>,
-    /// Index, place at rest, weight 1/d².
-    around: Vec<(usize, Vector3<f64>, f64)>,
+    around: Vec<Neighbour>,
+    /// How far the marker went while it was seen, m.
+    way: f64,
+}
+
+/// How much each neighbour has to say, 1/m², and how they were turned before, 1/rad².
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    each: [f64; MOST],
+    turn: f64,
+}
+
+impl Weights {
+    /// The same, with next to nothing of how they were turned before.
+    pub(crate) fn afresh(self) -> Self {
+        let turn = AFRESH * self.turn;
+        Self { turn, ..self }
+    }
 }
 
 /// A rigid motion of a marker's surroundings.
@@ -27,6 +63,8 @@ pub(crate) struct Guess {
     pub(crate) position: Vector3<f64>,
     /// How they turned since rest.
     pub(crate) turn: Rotation3<f64>,
+    /// How far off the place may be, m²: as far as they stray, and what their turn may be off by at the marker's arm.
+    pub(crate) variance: f64,
 }
 
 impl Neighbours {
@@ -40,75 +78,101 @@ impl Neighbours {
         others.truncate(MOST);
         // Of two markers in one place neither says all.
         let floor = others.last().map_or(1.0, |&far| 1e-4 * squared(far));
-        let weight = |other: usize| squared(other).max(floor.max(f64::MIN_POSITIVE)).recip();
+        let neighbour = |index: usize| Neighbour {
+            index,
+            rest: rest[index],
+            mean: squared(index).sqrt(),
+            variance: 0.0,
+            squared: squared(index).max(floor.max(f64::MIN_POSITIVE)),
+        };
         Self {
             rest: rest[marker],
-            around: (others.iter())
-                .map(|&other| (other, rest[other], weight(other)))
-                .collect(),
+            around: others.into_iter().map(neighbour).collect(),
+            way: 0.0,
         }
     }
 
-    /// Which of them are in `usable`, one bit each.
-    pub(crate) fn who(&self, usable: &[bool]) -> u16 {
-        let bit =
-            |(i, &(other, ..)): (usize, &(usize, Vector3<f64>, f64))| u16::from(usable[other]) << i;
-        self.around.iter().enumerate().map(bit).sum()
+    /// Learns who goes with the marker, that went `way` to be `here`, of those that are seen.
+    pub(crate) fn learn(
+        &mut self,
+        here: Vector3<f64>,
+        way: f64,
+        places: &[Vector3<f64>],
+        seen: &[bool],
+    ) {
+        self.way += way;
+        let share = (way / FORGET.min(self.way)).min(1.0);
+        if share.is_nan() {
+            return;
+        }
+        for other in self.around.iter_mut().filter(|other| seen[other.index]) {
+            let off = (places[other.index] - here).norm() - other.mean;
+            other.mean += share * off;
+            other.variance = (1.0 - share) * (other.variance + share * off * off);
+        }
     }
 
-    /// The rigid motion that takes those of `who` from rest to `now`, by weighted least squares (as `[M3]`), and the
-    /// marker with it; `None` where `who` is nobody. Where they leave the turn open, it is the one nearest to `last`.
+    /// How far its distance to another strays, m².
+    fn softness(&self, other: &Neighbour) -> f64 {
+        let unknown = (-self.way / LEARN).exp();
+        other.variance + (SOFT * SOFT * unknown + STIFF * STIFF) * other.squared
+    }
+
+    /// How much each has to say.
+    ///
+    /// * `before`, `now` - how far off each marker may be taken to be at the step before and at this one, m².
+    /// * `step` - s.
+    pub(crate) fn weights(&self, before: &[f64], now: &[f64], step: f64) -> Weights {
+        let mut each = [0.0; MOST];
+        for (weight, other) in each.iter_mut().zip(&self.around) {
+            *weight = (self.softness(other) + before[other.index] + now[other.index]).recip();
+        }
+        let turn = 0.5 / (TURN * step * TURN * step);
+        Weights { each, turn }
+    }
+
+    /// The rigid motion that takes them from rest to `now`, and the marker with it; `None` where nobody has a say. `[S6]`
+    ///
+    /// * `last` - how they were turned before.
     pub(crate) fn guess(
         &self,
-        who: u16,
+        weights: &Weights,
         now: &[Vector3<f64>],
         last: &Rotation3<f64>,
     ) -> Option<Guess> {
         let chosen = || {
-            let mut around = self.around.iter().enumerate();
-            std::iter::from_fn(move || around.by_ref().find(|(i, _)| who >> i & 1 == 1))
-                .map(|(_, entry)| entry)
+            let each = self.around.iter().zip(weights.each);
+            each.filter(|&(_, weight)| weight > 0.0)
         };
-        let total: f64 = chosen().map(|(_, _, weight)| weight).sum();
+        let total: f64 = chosen().map(|(_, weight)| weight).sum();
+        let count = chosen().count() as f64;
         if total <= 0.0 {
             return None;
         }
-        let mean = |place: &dyn Fn(usize, &Vector3<f64>) -> Vector3<f64>| {
-            let sum = chosen().map(|(other, rest, weight)| place(*other, rest) * *weight);
-            sum.sum::<Vector3<f64>>() / total
-        };
-        let (centre, centre_rest) = (mean(&|other, _| now[other]), mean(&|_, rest| *rest));
-        let arms = chosen().map(|&(other, rest, weight)| {
-            (now[other] - centre) * (rest - centre_rest).transpose() * weight
-        });
-        let spread = chosen().map(|(_, rest, weight)| weight * (rest - centre_rest).norm_squared());
-        let nothing = ROUNDING * (spread.sum::<f64>() + total * centre_rest.norm_squared());
-        let extent: Matrix3<f64> = chosen()
-            .map(|(_, rest, weight)| {
-                (rest - centre_rest) * (rest - centre_rest).transpose() * *weight
-            })
-            .sum();
-        let mut axes = extent.symmetric_eigenvalues();
-        axes.as_mut_slice().sort_by(f64::total_cmp);
-        // Neighbours in a line tell no turn about it.
-        let turn = match axes[1] < SLENDER * axes[2] {
-            true => *last,
-            false => turn(&arms.sum(), nothing, last),
-        };
+        let (mut centre, mut centre_rest) = (Vector3::zeros(), Vector3::zeros());
+        for (other, weight) in chosen() {
+            centre += now[other.index] * (weight / total);
+            centre_rest += other.rest * (weight / total);
+        }
+        let mut arms = last.matrix() * weights.turn;
+        let mut sureness = 2.0 * weights.turn;
+        for (other, weight) in chosen() {
+            let arm = other.rest - centre_rest;
+            arms += (now[other.index] - centre) * arm.transpose() * weight;
+            sureness += LEVER * weight * arm.norm_squared();
+        }
+        let turn = Rotation3::from_matrix_eps(&(arms / arms.norm()), ANGLE, STEPS, *last);
+        let arm = self.rest - centre_rest;
         Some(Guess {
-            position: centre + turn * (self.rest - centre_rest),
+            position: centre + turn * arm,
             turn,
+            variance: count / total + arm.norm_squared() / sureness,
         })
     }
-}
 
-/// The rotation R that maximises tr(Rᵀ a), nearest to `last` where that is not one.
-///
-/// * `nothing` - what is no larger is the rounding of a single place, and turns no way.
-fn turn(a: &Matrix3<f64>, nothing: f64, last: &Rotation3<f64>) -> Rotation3<f64> {
-    let size = a.norm();
-    if size <= nothing || !size.is_normal() {
-        return *last;
+    /// All that was learnt, in words.
+    pub(crate) fn state(&self) -> impl Iterator<Item = u64> + '_ {
+        let learnt = |other: &Neighbour| [other.mean.to_bits(), other.variance.to_bits()];
+        std::iter::once(self.way.to_bits()).chain(self.around.iter().flat_map(learnt))
     }
-    Rotation3::from_matrix_eps(&(a / size), ANGLE, STEPS, *last)
 }

@@ -29,11 +29,40 @@ fn a_moment_between_two_frames_is_on_the_line_between_them() {
     }
     let moment = buffer.at(4.25 / RATE).unwrap();
     assert!((moment.positions[0].x - 4.25 / RATE).abs() < 1e-15);
-    assert_eq!(moment.seen, [true, false], "one frame does not see it");
     assert_eq!(moment.sequence, 4);
     let exact = buffer.at(6.0 / RATE + 1e-9).unwrap();
     assert_eq!(exact.positions, frame(6).positions, "a frame's own moment");
     assert_eq!(exact.seen, [true, true]);
+}
+
+#[test]
+fn a_marker_that_blinks_is_on_its_line_where_the_frame_that_sees_it_again_is_here() {
+    let mut buffer = buffer();
+    for sequence in 1..6 {
+        buffer.insert(frame(sequence));
+    }
+    for moment in [2.5, 3.0, 3.75] {
+        let sample = buffer.at(moment / RATE).unwrap();
+        assert_eq!(sample.seen, [true, true], "at {moment}");
+        assert!((sample.positions[1].x - moment / RATE).abs() < 1e-15);
+    }
+    assert_eq!(
+        buffer.at(4.5 / RATE).unwrap().seen,
+        [true, false],
+        "frame 6 is not here"
+    );
+    let hidden = Sample {
+        seen: vec![true, false],
+        ..frame(6)
+    };
+    buffer.insert(hidden);
+    buffer.insert(frame(7));
+    buffer.insert(frame(8));
+    assert_eq!(
+        buffer.at(5.0 / RATE).unwrap().seen,
+        [true, false],
+        "too long ago"
+    );
 }
 
 #[test]

@@ -159,7 +159,8 @@ fn alone_a_marker_goes_on_as_it_went_and_comes_to_rest() {
         tracker.step(None);
     }
     let far = (tracker.positions()[0] - at(99)).norm();
-    assert!(far < 2.0 * 0.11, "{far}"); // speed times the time that it dies away in
+    // Speed times the time that it goes on for, and that it dies away in.
+    assert!(far < 2.0 * (0.1 + 0.11), "{far}");
 }
 
 #[test]
@@ -238,15 +239,16 @@ fn a_marker_that_teleports_is_not_followed_until_it_stays() {
 #[test]
 fn where_all_markers_jump_the_motion_is_cut_and_they_are_followed() {
     let mut tracker = tracker();
-    for step in 1..200 {
+    for step in 1..300 {
         let mut sample = sample(rigid, step);
         for position in &mut sample.positions {
             position.y += f64::from(step / 50) * 5.0;
         }
         let truth = sample.positions.clone();
-        sample.seen[8] = step < 40;
+        sample.seen[8] = step < 220;
         tracker.step(Some(&sample));
-        assert!(farthest(tracker.positions(), &truth) < 1e-9, "at {step}");
+        let off = farthest(tracker.positions(), &truth);
+        assert!(off < 1e-9, "{off} at {step}");
         assert!(tracker.doubts().all(|doubt| doubt == Doubt::None));
     }
 }
@@ -306,8 +308,8 @@ fn chance(seed: u32, most: u32) -> u32 {
 
 /// Each marker is hidden in each step by chance: few are seen twice running, and in some steps none is.
 #[test]
-fn markers_that_flicker_are_nearer_than_where_they_were_seen_last() {
-    for (percent, most) in [(20, 0.03), (40, 0.3), (60, 0.3)] {
+fn markers_that_flicker_are_far_nearer_than_where_they_were_seen_last() {
+    for (percent, most) in [(20, 0.01), (40, 0.02), (60, 0.05)] {
         for motion in [rigid, soft] {
             let mut tracker = tracker();
             let (mut worst, mut carried, mut held, mut last_seen) = (0.0_f64, 0.0, 0.0, rest());
@@ -333,7 +335,7 @@ fn markers_that_flicker_are_nearer_than_where_they_were_seen_last() {
             let gain = (held / carried).sqrt();
             println!("{percent} %: {worst} m at most, {gain} times nearer");
             assert!(worst < most, "{worst} m at {percent} %");
-            assert!(gain > 1.0, "{gain} at {percent} %");
+            assert!(gain > 15.0, "{gain} at {percent} %");
         }
     }
 }
