@@ -339,3 +339,25 @@ fn markers_that_flicker_are_far_nearer_than_where_they_were_seen_last() {
         }
     }
 }
+
+#[test]
+fn a_marker_that_was_never_seen_is_where_it_rests_among_the_others() {
+    let corner = |i: u32| Vector3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+    let rest: Vec<_> = (0..8).map(corner).collect();
+    for hidden in 0..8 {
+        let settings = Settings::default();
+        let mut tracker = Tracker::new(&rest, &[true; 8], STEP, settings).expect("good settings");
+        for step in 1..4 {
+            let mut seen = vec![true; 8];
+            seen[hidden] = false;
+            tracker.step(Some(&Sample {
+                sequence: step,
+                time: step as f64 * STEP,
+                positions: rest.clone(),
+                seen,
+            }));
+            let off = tracker.positions()[hidden] - rest[hidden];
+            assert_eq!(off, Vector3::zeros(), "{hidden} at {step}");
+        }
+    }
+}

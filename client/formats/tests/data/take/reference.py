@@ -1,15 +1,19 @@
 """Makes reference.json: what programs other than Sinew read in the captures that the tests use.
 
-    pip install numpy==2.* ezc3d==1.7.2 c3d==0.6.0 gsd==5.0.1
-    python reference.py SHARED/mocap/*/*.c3d SHARED/mocap/*/*.trc SHARED/mocap/*/*.bvh freebvh_cut.bvh small_crystal.gsd > reference.json
+    pip install numpy==2.* ezc3d==1.7.2 c3d==0.6.0 gsd==5.0.1 pandas==3.* ase==3.29.0
+    python reference.py SHARED/mocap/*/*.{c3d,trc,bvh} SHARED/mocap/csv/{motive123_markers.csv,vicon*,qualisys*} SHARED/particles/*.{xyz,lammpstrj} \\
+        freebvh_cut.bvh small_nexus.csv small_*.{gsd,tsv,lammpstrj,xyz} > reference.json
 
 C3D: ezc3d where it reads the file, else (MIPS) py-c3d. BVH: forward kinematics in numpy. TRC: plain string splitting.
-GSD: gsd, which also wrote the file: eight particles that move in a triclinic box, some through its walls.
+Text exports and LAMMPS: pandas, without labels and rates. XYZ: ase. GSD: gsd, which
+also wrote the file: eight particles that move in a triclinic box, some through its walls.
 For some frames it lists every few points: [frame, point, [x, y, z]] in metres, null where the point is not seen.
 """
-import json, math, os, sys, warnings
+import io, json, math, os, sys, warnings
 import numpy as np
+import ase, ase.io
 import ezc3d, c3d
+import pandas as pd
 warnings.simplefilter("ignore")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
@@ -116,6 +120,42 @@ def by_gsd(path):
     xyz = np.array(xyz)  # no rate: 60 Hz are assumed
     return summary("gsd " + gsd.version.version, [f"p{i + 1}" for i in range(xyz.shape[1])], 60.0, 0.0, xyz)
 
+def by_pandas(path):
+    """The text exports: the first rows of numbers alone, and below them a frame, a time or sub-frame, and triples."""
+    text = open(path, encoding="utf-8-sig").read().replace("\r\n", "\n").split("\n")
+    sep = "\t" if path.endswith("tsv") else ","
+    def numbers(line):
+        cells = [c for c in line.split(sep) if c.strip()]
+        try: return len([float(c) for c in cells]) > 4
+        except ValueError: return False
+    first = next(i for i, line in enumerate(text) if numbers(line))
+    table = pd.read_csv(path, sep=sep, header=None, skiprows=first, encoding="utf-8-sig")
+    xyz = table.iloc[:, 2:].to_numpy(float)
+    xyz = xyz[:, : xyz.shape[1] // 3 * 3].reshape(len(table), -1, 3) * 1e-3
+    if sep == "\t": xyz[(xyz == 0).all(axis=2)] = np.nan  # Qualisys' gaps
+    return summary("pandas " + pd.__version__, [], None, None, xyz)
+
+def by_ase(path):
+    xyz = np.array([atoms.get_positions() for atoms in ase.io.read(path, index=":", format="xyz")])
+    return summary("ase " + ase.__version__, [], None, None, xyz)
+
+def by_columns(path):
+    """LAMMPS: pandas for the rows; scaled coordinates are shares of the box, image flags count boxes."""
+    xyz = []
+    for frame in open(path).read().split("ITEM: TIMESTEP\n")[1:]:
+        box, rows = frame.split("ITEM: BOX BOUNDS")[1].split("\n", 1)[1].split("ITEM: ATOMS ")
+        low, high = np.array([[float(x) for x in line.split()] for line in box.strip().split("\n")]).T
+        names, rows = rows.split("\n", 1)
+        table = pd.read_csv(io.StringIO(rows), sep=r"\s+", header=None, names=names.split())
+        if "id" in table: table = table.sort_values("id")
+        scaled = "xs" in table
+        if not scaled and "z" not in table: table["z"] = 0.0  # a plane
+        place = table[["xs", "ys", "zs"] if scaled else ["x", "y", "z"]].to_numpy(float)
+        place = low + place * (high - low) if scaled else place
+        if "ix" in table: place = place + table[["ix", "iy", "iz"]].to_numpy(float) * (high - low)
+        xyz.append(place)
+    return summary("pandas " + pd.__version__, [], None, None, np.array(xyz))
+
 out = {}
 for path in sys.argv[1:]:
     name = os.path.basename(path)
@@ -123,6 +163,12 @@ for path in sys.argv[1:]:
         out[name] = by_split(path)
     elif name.endswith("bvh"):
         out[name] = by_numpy(path)
+    elif name.endswith(("csv", "tsv")):
+        out[name] = by_pandas(path)
+    elif name.endswith("xyz"):
+        out[name] = by_ase(path)
+    elif name.endswith("lammpstrj"):
+        out[name] = by_columns(path)
     elif name.endswith("gsd"):
         out[name] = by_gsd(path)
     else:
