@@ -39,11 +39,11 @@ class Outlet:
 
 
 def play(outlet, frames, hidden=lambda i: ()):
-    """The wall clock and LSL's at its beginning."""
+    """The wall clock and LSL's at its beginning, and how far it went, m."""
     begun, origin = time.time(), local_clock()
     for i, now in paced(frames):
         outlet.push(SPEED * (now - begun), origin + now - begun, hidden(i))
-    return begun, origin
+    return begun, origin, SPEED * (now - begun)
 
 
 def test(open_stage, _port):
@@ -57,8 +57,8 @@ def test(open_stage, _port):
         bridge.says("no stream of LSL answers")
         outlet = Outlet(stream, kind)
         wait_for("the bridge listens", outlet.outlet.have_consumers)
-        begun, origin = play(outlet, 5 * RATE, lambda i: hidden if 300 <= i < 330 else ())
-        wait_for("frames come", lambda: len(watcher.frames) > 3 * RATE)
+        begun, origin, end = play(outlet, 5 * RATE, lambda i: hidden if 300 <= i < 330 else ())
+        stage.reached(lambda: watcher.frames, end)
         blinking = [labels.index(label) for label in hidden]
         seen = [i for i in range(len(labels)) if i not in blinking]
         frames = stage.followed(watcher.frames[20:], seen)
@@ -73,9 +73,9 @@ def test(open_stage, _port):
         outlet = Outlet(stream, kind)
         wait_for("the bridge listens again", outlet.outlet.have_consumers)
         bridge.says("looking for it")
-        _, origin = play(outlet, 3 * RATE)
+        _, origin, end = play(outlet, 3 * RATE)
         of_now = lambda: [frame for frame in watcher.frames if frame.capture > origin]
-        wait_for("frames come again", lambda: len(of_now()) > RATE)
+        stage.reached(of_now, end)
         again = stage.followed(of_now()[60:])
         late = [abs(stage.displacement(frame) - SPEED * (frame.capture - origin)) for frame in again]
         check(max(late) < 2e-5, f"lsl {kind}: a stream that comes back is followed")

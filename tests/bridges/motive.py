@@ -4,7 +4,7 @@ import socket
 import time
 
 from natnet_emulator import CLOCK_HZ, Emulator, test_against_client
-from stage import RATE, SPEED, VALID, check, latencies, paced, wait_for
+from stage import RATE, SPEED, VALID, check, latencies, paced
 
 # In the scene, z up; OptiTrack's y is up, so that what is (x, y, z) there is (x, -z, y) here.
 REST = {
@@ -53,7 +53,7 @@ def test(open_stage, port):
         begun = time.time()
         hidden = {"Wand:Left", "Loose:B", "Wand", "Walker:Head"}
         origin = play(emulator, 4 * RATE, begun, lambda i: hidden if 200 <= i < 230 else ())
-        wait_for("frames come", lambda: len(watcher.frames) > 3 * RATE)
+        stage.reached(lambda: watcher.frames, SPEED * (time.time() - begun))
         blinking = [i for i, label in enumerate(labels) if label in hidden]
         seen = [i for i in range(len(labels)) if i not in blinking]
         frames = stage.followed(watcher.frames[20:], seen)
@@ -71,7 +71,7 @@ def test(open_stage, port):
         begun = time.time()
         origin = play(emulator, 2 * RATE, begun)
         of_now = lambda: [frame for frame in watcher.frames if frame.capture < 1000.0]
-        wait_for("frames come again", lambda: len(of_now()) > 1.4 * RATE)
+        stage.reached(of_now, SPEED * (time.time() - begun))
         again = of_now()[60:]
         late = [abs(stage.displacement(frame) - SPEED * (frame.capture - origin)) for frame in stage.followed(again)]
         check(max(late) < 2e-5, f"natnet {version}: a server that starts again is followed")

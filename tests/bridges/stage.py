@@ -5,6 +5,7 @@ a frame that the session publishes says how long that took.
 """
 
 import atexit
+import math
 import signal
 import statistics
 import struct
@@ -24,6 +25,7 @@ from session import Service, check
 SPEED = 0.5  # m/s
 RATE = 100  # Hz
 VALID = 1  # PointState
+ENOUGH = 20  # frames that tell how points move
 
 
 def start(command, **options):
@@ -114,11 +116,19 @@ class Stage:
 
     def followed(self, frames, points=None):
         """Those frames in which these points are seen, and not on their way back from where they were carried: a busy
-        machine lets a step go without motion now and then."""
+        machine lets steps go without motion, and skips others. How many is no matter, as long as there are some."""
         points = range(len(self.rest)) if points is None else points
         followed = [frame for frame in frames if all(frame.states[i] == VALID for i in points)]
-        check(2 * len(followed) > len(frames), f"{len(followed)} of {len(frames)} steps have their motion")
+        check(len(followed) >= ENOUGH, f"{len(followed)} of {len(frames)} steps have their motion")
         return followed
+
+    def reached(self, frames, end):
+        """Waits until frames of the session show how far the peer had gone when it ended, m, but for a fifth of a second.
+
+        * `frames` - a function that gives those that came.
+        """
+        last = lambda: self.displacement(frames()[-1]) if frames() else -math.inf
+        wait_for("the last frames come", lambda: last() > end - 0.2 * SPEED, 60)
 
     def close(self):
         self.channel.close()

@@ -208,9 +208,10 @@ impl Inlet {
         markers: &Markers,
         clock: &PeerClock,
     ) -> Result<Infallible, Ended> {
-        let mut stream = soon(subscribe(info, address)).await?;
         let until = Instant::now() + QUICK * 2 * QUICK_PERIOD;
         tokio::time::sleep_until(until).await; // so that the clock is known as well as it can be at once
+        // Only then: what is sent meanwhile would all come late, at once.
+        let mut stream = soon(subscribe(info, address)).await?;
         let mut layout = Some(Layout {
             labels: markers.labels.clone(),
             rate_hz: info.rate_hz,
