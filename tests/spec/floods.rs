@@ -84,6 +84,29 @@ fn floods_over_cells_of_any_dimension_through_any_other_move_the_mesh_with_the_p
 }
 
 #[test]
+fn geodesics_of_a_scene_file_lead_straight_through_its_mesh() {
+    live(async {
+        let server = TestServer::start().await;
+        // In a convex mesh the way inside is the straight one: the same points, by the same weights.
+        let with = |kind: &str| {
+            format!(r#"{{"weighting": {{{kind}}}, "filter": {{"interval": {{"farthest": 1e9}}}}}}"#)
+        };
+        let by_way = followed(&server, &with(r#""flood": {"geodesic": {}, "scale": 0.4}"#)).await;
+        let straight = followed(&server, &with(r#""distance": {"scale": 0.4}"#)).await;
+        let weight = |row: &[(u32, f64)], point: u32| {
+            let entry = row.iter().find(|entry| entry.0 == point);
+            entry.expect("all points are kept").1
+        };
+        for (by_way, straight) in by_way.iter().zip(&straight) {
+            for point in 0..u32::try_from(POINTS).unwrap() {
+                let gap = weight(by_way, point) - weight(straight, point);
+                assert!(gap.abs() < 0.05, "point {point}: {gap}");
+            }
+        }
+    });
+}
+
+#[test]
 fn roots_and_costs_of_a_scene_file_are_those_of_its_mesh() {
     live(async {
         let server = TestServer::start().await;
@@ -192,7 +215,7 @@ fn a_running_session_changes_over_to_a_flood() {
 }
 
 /// Fields below `scene.mapping`, and mappings that are refused for them.
-const REFUSED: [(&str, &str); 10] = [
+const REFUSED: [(&str, &str); 11] = [
     (
         "weighting.flood.ball.radius",
         r#"{"weighting": {"flood": {"ball": {"radius": 0}}}}"#,
@@ -204,6 +227,10 @@ const REFUSED: [(&str, &str); 10] = [
     (
         "weighting.flood.roots",
         r#"{"weighting": {"flood": {"ball": {"radius": 1e-9}}}}"#,
+    ),
+    (
+        "weighting.flood.arcs",
+        r#"{"weighting": {"flood": {"geodesic": {}, "arcs": "CELL_KIND_EDGE"}}}"#,
     ),
     (
         "weighting.flood.scale",

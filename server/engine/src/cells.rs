@@ -1,14 +1,14 @@
 //! What mappings ask of the mesh's cells.
 
 use nalgebra::Vector3;
-use sinew_mapping::{Cells, Graph, Mesh, Rows};
+use sinew_mapping::{Body, Cells, Graph, Mesh, Rows, Simplices};
 use sinew_mesh::{Complex, Table};
 
 use crate::{
     build::refuse,
     refusal::mapping_refusal,
     rest::Rest,
-    scene::{Cost, Dimension, Mapping, Metric, Paths, Roots, SceneError},
+    scene::{Cost, Dimension, Geodesics, Mapping, Metric, Paths, Roots, SceneError},
 };
 
 const FLOOD: &str = "scene.mapping.weighting.flood";
@@ -20,6 +20,14 @@ pub(crate) struct Asked {
     at_vertices: Option<Rows>,
     graph: Option<Graph>,
     holding: Option<Rows>,
+    inside: Option<Inside>,
+}
+
+/// What geodesics ask for.
+struct Inside {
+    simplices: Simplices,
+    corners: Option<Rows>,
+    holding: Option<Rows>,
 }
 
 impl Asked {
@@ -29,10 +37,12 @@ impl Asked {
         let weighting = &mapping.recipe.weighting;
         let targets = weighting.targets;
         let mut asked = Self::default();
+        let mut corners = None;
         if targets != Dimension::Vertex {
             let complex = rest.complex();
             let bounds = complex.bounds(cells_of(targets), sinew_mesh::Dimension::Vertex);
             asked.at_vertices = Some(rows(bounds.transposed(rest.vertices.len())));
+            corners = Some(rows(bounds));
             asked.centres = complex.centres(cells_of(targets), &rest.vertices);
             if asked.centres.is_empty() {
                 let problem = "are cells of which the mesh has none";
@@ -42,11 +52,17 @@ impl Asked {
             }
         }
         let mut holding = mapping.recipe.filter.needs_volumes();
-        if let Metric::Paths(paths) = &weighting.metric {
-            holding |= paths.roots == Roots::Containing;
-            // The same cells are refused by the kernel.
-            if paths.arcs != targets {
-                asked.graph = Some(graph(rest, mapping, targets, paths)?);
+        match &weighting.metric {
+            Metric::Straight => {}
+            Metric::Paths(paths) => {
+                holding |= paths.roots == Roots::Containing;
+                // The same cells are refused by the kernel.
+                if paths.arcs != targets {
+                    asked.graph = Some(graph(rest, mapping, targets, paths)?);
+                }
+            }
+            Metric::Geodesics(geodesics) => {
+                asked.inside = Some(inside(rest, mapping, geodesics, corners)?);
             }
         }
         if holding {
@@ -64,6 +80,11 @@ impl Asked {
         torn: bool,
         may_change: bool,
     ) -> Mesh<'a> {
+        let body = |inside: &'a Inside| Body {
+            simplices: &inside.simplices,
+            corners: inside.corners.as_ref(),
+            holding: inside.holding.as_ref(),
+        };
         let cells = |at_vertices| Cells {
             centres: &self.centres,
             at_vertices,
@@ -72,11 +93,33 @@ impl Asked {
             vertices,
             cells: self.at_vertices.as_ref().map(cells),
             graph: self.graph.as_ref(),
+            body: self.inside.as_ref().map(body),
             holding: self.holding.as_ref(),
             torn,
             may_change,
         }
     }
+}
+
+/// What geodesics go through. `[W12]`
+fn inside(
+    rest: &Rest,
+    mapping: &Mapping,
+    geodesics: &Geodesics,
+    corners: Option<Rows>,
+) -> Result<Inside, SceneError> {
+    let complex = rest.complex();
+    let (tetrahedra, triangles) = complex.simplices();
+    let simplices = Simplices::new(&rest.vertices, &tetrahedra, &triangles);
+    let holding = (geodesics.roots == Roots::Containing).then(|| {
+        let vertices = sinew_mesh::Dimension::Vertex;
+        rows(complex.holding(vertices, &rest.vertices, &rest.points))
+    });
+    Ok(Inside {
+        simplices: simplices.map_err(|error| mapping_refusal(mapping, &error))?,
+        corners,
+        holding,
+    })
 }
 
 /// What a flood spreads over. `[W7]`
@@ -325,6 +368,56 @@ mod tests {
             assert_eq!(found.len(), expected.len());
             for (found, expected) in found.iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-11, "{}", case["in"]);
+            }
+        }
+    }
+
+    #[test]
+    fn geodesics_of_targets_of_any_kind_in_a_convex_mesh_are_straight() {
+        let points = vec![
+            Vector3::new(0.31, 0.22, 0.57),
+            Vector3::new(0.9, 0.41, 0.13),
+        ];
+        for grid in [shapes::tetrahedra(6, 6, 6), shapes::hexahedra(6, 6, 6)] {
+            let rest = Rest::new(
+                Vec::new(),
+                points.clone(),
+                vec![true; points.len()],
+                grid.positions.clone(),
+                &Arc::new(grid.cells.clone()),
+            );
+            for targets in DIMENSIONS {
+                let mapping = Mapping {
+                    recipe: Recipe {
+                        weighting: Weighting {
+                            metric: Metric::Geodesics(Geodesics {
+                                roots: Roots::Containing,
+                                start: Start::Distance,
+                            }),
+                            targets,
+                            ..Weighting::default()
+                        },
+                        filter: Filter::KeepK(8),
+                        rule: Rule::WeightedMean,
+                        reference: Reference::Initial,
+                    },
+                    points: Vec::new(),
+                };
+                let asked = Asked::new(&rest, &mapping).unwrap();
+                let mesh = asked.mesh(&rest.vertices, false, false);
+                let weighting = &mapping.recipe.weighting;
+                let found = sinew_mapping::distances(&mesh, &rest.points, &rest.present, weighting);
+                let found = found.unwrap();
+                let centres = (rest.complex()).centres(cells_of(targets), &rest.vertices);
+                for (target, centre) in centres.iter().enumerate() {
+                    assert_eq!(found.row(target).count(), 2);
+                    for (point, distance) in found.row(target) {
+                        let straight = (centre - points[point as usize]).norm();
+                        let error = (distance - straight).abs();
+                        // Near a point a corner may be off by part of a cell.
+                        assert!(error < 0.06 + 0.01 * straight, "{targets:?}: {error}");
+                    }
+                }
             }
         }
     }

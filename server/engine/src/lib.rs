@@ -25,10 +25,10 @@ pub use frame::{Doubt, Frame, Layout, Measured, PointState};
 pub use rest::{Bound, Rest};
 pub use rule::{Action, Limits, Measure, Pairs, Region, Strain, TopologyRule};
 pub use scene::{
-    Bone, CellShape, Cost, Dimension, ExternalPoints, Fill, Filter, Fit, FitWeights, Kernel,
-    Lattice, Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths, Polynomial,
-    Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, Scene, SceneError,
-    ShapeMatching, Start, Tracking, UpAxis, Weighting,
+    Bone, CellShape, Cost, Dimension, ExternalPoints, Fill, Filter, Fit, FitWeights, Geodesics,
+    Kernel, Lattice, Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths,
+    Polynomial, Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, Scene,
+    SceneError, ShapeMatching, Start, Tracking, UpAxis, Weighting,
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
 pub use sinew_particles::{

@@ -54,7 +54,7 @@ fn field(mapping: &Mapping, error: &MappingError) -> String {
 fn metric(metric: &Metric) -> &'static str {
     match metric {
         Metric::Straight => ".weighting.distance",
-        Metric::Paths(_) => ".weighting.flood",
+        Metric::Paths(_) | Metric::Geodesics(_) => ".weighting.flood",
     }
 }
 

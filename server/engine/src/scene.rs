@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 pub use sinew_mapping::{
-    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial, Preset,
-    RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
+    Cost, Dimension, Filter, Fit, FitWeights, Geodesics, Kernel, Metric, MovingFit, Paths,
+    Polynomial, Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching,
+    Start, Weighting,
 };
 use sinew_mesh::Grid;
 use sinew_particles::SystemSpec;

@@ -89,7 +89,7 @@ impl Buckets {
     }
 
     pub(crate) fn push(&mut self, entry: Entry) {
-        let bucket = self.bucket(entry.distance);
+        let bucket = self.bucket(entry.distance).max(self.now);
         if bucket > self.now {
             self.ahead += 1;
         } else if self.ordered {

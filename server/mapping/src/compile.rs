@@ -145,7 +145,7 @@ impl Previous {
             (Metric::Straight, Dimension::Vertex) => {
                 kept.measured_at(vertices, points, &weighting.coefficients)
             }
-            (Metric::Straight, _) | (Metric::Paths(_), _) => kept.clone(),
+            (Metric::Straight | Metric::Paths(_) | Metric::Geodesics(_), _) => kept.clone(),
         };
         compiler.compile(vertices, points, distances)
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::Graph;
 use crate::blocks::BLOCK;
 use crate::buckets::{Buckets, Entry};
+use crate::front::{Front, Lone, Medium, Record};
 
 /// In place of a source, where a node has fewer than are asked for.
 pub(crate) const NOBODY: u32 = u32::MAX;
@@ -25,9 +26,9 @@ pub struct Root {
 
 /// What spreads, and over what. `[W7]`
 #[derive(Clone, Copy, Debug)]
-pub struct Flood<'a> {
+pub struct Flood<'a, M = Graph> {
     /// Over what.
-    pub graph: &'a Graph,
+    pub graph: &'a M,
     /// Where from.
     pub roots: &'a [Root],
     /// By what the distances of each source are multiplied, 0 to 1e30; empty for 1 each. `[W6]`
@@ -80,7 +81,7 @@ impl Nearest {
     }
 }
 
-impl Flood<'_> {
+impl<M: Medium> Flood<'_, M> {
     /// The `count` ≥ 1 sources nearest to each node; all of them, if there are fewer.
     ///
     /// Fewer than there are come from one flood of all at once. A source then goes no farther from a node that has
@@ -100,11 +101,149 @@ impl Flood<'_> {
         if count >= of_each.len() {
             return self.each(&of_each);
         }
-        let mut nearest = Nearest::new(self.graph.len(), count);
+        let mut nearest = Nearest::new(self.graph.nodes(), count);
         self.spread(&mut nearest, self.seeds(&roots));
         nearest
     }
 
+    fn coefficient(&self, source: u32) -> f64 {
+        match self.coefficients {
+            [] => 1.0,
+            coefficients => coefficients[source as usize],
+        }
+    }
+
+    fn seeds(&self, roots: &[Root]) -> Vec<Seed> {
+        let seed = |&Root {
+                        node,
+                        source,
+                        start,
+                    }: &Root| Seed {
+            coefficient: self.coefficient(source),
+            entry: Entry {
+                distance: self.graph.round(start),
+                node,
+                source,
+            },
+        };
+        roots.iter().map(seed).collect()
+    }
+
+    /// One flood per source.
+    fn each(&self, of_each: &[&[Root]]) -> Nearest {
+        if self.limit == f64::INFINITY {
+            return self.each_everywhere(of_each);
+        }
+        let nodes = self.graph.nodes();
+        let lone = |alone: &mut Alone, roots: &&[Root]| {
+            self.spread(alone, self.seeds(roots));
+            alone.take(roots[0].source)
+        };
+        let reached: Vec<Vec<Entry>> = of_each
+            .par_iter()
+            .map_init(|| Alone::new(nodes), lone)
+            .collect();
+        let mut lengths = vec![0_usize; nodes];
+        for entry in reached.iter().flatten() {
+            lengths[entry.node as usize] += 1;
+        }
+        let stride = lengths.iter().copied().max().unwrap_or(0).max(1);
+        let mut nearest = Nearest::new(nodes, stride);
+        lengths.fill(0);
+        for entry in reached.iter().flatten() {
+            let node = entry.node as usize;
+            let place = node * stride + lengths[node];
+            lengths[node] += 1;
+            nearest.sources[place] = entry.source;
+            nearest.distances[place] = entry.distance;
+        }
+        let rows = nearest.sources.par_chunks_exact_mut(stride);
+        rows.zip(nearest.distances.par_chunks_exact_mut(stride))
+            .zip(&lengths)
+            .with_min_len(BLOCK)
+            .for_each(|((sources, distances), &length)| {
+                sort_row(&mut sources[..length], &mut distances[..length]);
+            });
+        nearest
+    }
+
+    /// One flood per source, without an end: nearly all nodes are reached, and a distance for each is the least to keep.
+    fn each_everywhere(&self, of_each: &[&[Root]]) -> Nearest {
+        let nodes = self.graph.nodes();
+        let lone = |roots: &&[Root]| {
+            let mut known = vec![f64::INFINITY; nodes];
+            self.spread(&mut known, self.seeds(roots));
+            known
+        };
+        let columns: Vec<Vec<f64>> = of_each.par_iter().map(lone).collect();
+        let reach = |node: usize| columns.iter().filter(move |c| c[node] < f64::INFINITY);
+        let counts = (0..nodes).into_par_iter().with_min_len(BLOCK);
+        let stride = counts.map(|node| reach(node).count()).max();
+        let stride = stride.unwrap_or(0).max(1);
+        let mut nearest = Nearest::new(nodes, stride);
+        let rows = nearest.sources.par_chunks_exact_mut(stride);
+        rows.zip(nearest.distances.par_chunks_exact_mut(stride))
+            .enumerate()
+            .with_min_len(BLOCK)
+            .for_each(|(node, (sources, distances))| {
+                let mut length = 0;
+                for (roots, known) in of_each.iter().zip(&columns) {
+                    if known[node] < f64::INFINITY {
+                        (sources[length], distances[length]) = (roots[0].source, known[node]);
+                        length += 1;
+                    }
+                }
+                sort_row(&mut sources[..length], &mut distances[..length]);
+            });
+        nearest
+    }
+
+    /// Floods from the seeds on, the sources of lesser coefficients first: those that crowd a source out of a row then
+    /// grow no faster than it does, so that it stays behind them.
+    fn spread(&self, record: &mut impl Record, mut seeds: Vec<Seed>) {
+        seeds.sort_unstable_by(|a, b| {
+            (a.coefficient.total_cmp(&b.coefficient)).then(b.entry.cmp(&a.entry))
+        });
+        let mut queue = Buckets::new(self.graph.range());
+        for alike in seeds.chunk_by(|a, b| a.coefficient == b.coefficient) {
+            self.spread_alike(record, alike, &mut queue);
+        }
+    }
+
+    fn spread_alike<R: Record>(&self, record: &mut R, seeds: &[Seed], queue: &mut Buckets) {
+        let factor = seeds[0].coefficient;
+        let mut seeds = seeds.iter().map(|seed| seed.entry).peekable();
+        while queue.advance(seeds.peek().map(|seed| seed.distance)) {
+            while let Some(seed) = seeds.next_if(|seed| queue.is_due(seed.distance)) {
+                let distance = factor * seed.distance;
+                if distance <= self.limit && record.offer(seed.node, seed.source, distance) {
+                    queue.push(seed);
+                }
+            }
+            while let Some(entry) = queue.pop() {
+                let Entry {
+                    node,
+                    source,
+                    distance,
+                } = entry;
+                // What has come nearer since is on its way already, and what was crowded out is no more.
+                if record.distance(node, source) != factor * distance {
+                    continue;
+                }
+                let mut front = Lone {
+                    record,
+                    queue,
+                    source,
+                    factor,
+                    limit: self.limit,
+                };
+                self.graph.leave(node, distance, &mut front);
+            }
+        }
+    }
+}
+
+impl Flood<'_> {
     /// Floods some nodes again, after arcs went or came: their entries are forgotten and made anew from the roots there and
     /// from the neighbours. Gives what [`Flood::nearest`] gives if these are all nodes whose entries the change changes;
     /// the cost is theirs alone, but for a flag per node. A row keeps no more entries than the stride. With different
@@ -150,143 +289,24 @@ impl Flood<'_> {
         }
         self.spread(nearest, seeds);
     }
+}
 
-    fn coefficient(&self, source: u32) -> f64 {
-        match self.coefficients {
-            [] => 1.0,
-            coefficients => coefficients[source as usize],
-        }
+impl Medium for Graph {
+    fn nodes(&self) -> usize {
+        self.len()
     }
 
-    fn seeds(&self, roots: &[Root]) -> Vec<Seed> {
-        let seed = |&Root {
-                        node,
-                        source,
-                        start,
-                    }: &Root| Seed {
-            coefficient: self.coefficient(source),
-            entry: Entry {
-                distance: self.graph.round(start),
-                node,
-                source,
-            },
-        };
-        roots.iter().map(seed).collect()
+    fn range(&self) -> [f64; 2] {
+        self.range()
     }
 
-    /// One flood per source.
-    fn each(&self, of_each: &[&[Root]]) -> Nearest {
-        if self.limit == f64::INFINITY {
-            return self.each_everywhere(of_each);
-        }
-        let nodes = self.graph.len();
-        let lone = |alone: &mut Alone, roots: &&[Root]| {
-            self.spread(alone, self.seeds(roots));
-            alone.take(roots[0].source)
-        };
-        let reached: Vec<Vec<Entry>> = of_each
-            .par_iter()
-            .map_init(|| Alone::new(nodes), lone)
-            .collect();
-        let mut lengths = vec![0_usize; nodes];
-        for entry in reached.iter().flatten() {
-            lengths[entry.node as usize] += 1;
-        }
-        let stride = lengths.iter().copied().max().unwrap_or(0).max(1);
-        let mut nearest = Nearest::new(nodes, stride);
-        lengths.fill(0);
-        for entry in reached.iter().flatten() {
-            let node = entry.node as usize;
-            let place = node * stride + lengths[node];
-            lengths[node] += 1;
-            nearest.sources[place] = entry.source;
-            nearest.distances[place] = entry.distance;
-        }
-        let rows = nearest.sources.par_chunks_exact_mut(stride);
-        rows.zip(nearest.distances.par_chunks_exact_mut(stride))
-            .zip(&lengths)
-            .with_min_len(BLOCK)
-            .for_each(|((sources, distances), &length)| {
-                sort_row(&mut sources[..length], &mut distances[..length]);
-            });
-        nearest
+    fn round(&self, start: f64) -> f64 {
+        self.round(start)
     }
 
-    /// One flood per source, without an end: nearly all nodes are reached, and a distance for each is the least to keep.
-    fn each_everywhere(&self, of_each: &[&[Root]]) -> Nearest {
-        let nodes = self.graph.len();
-        let lone = |roots: &&[Root]| {
-            let mut known = vec![f64::INFINITY; nodes];
-            self.spread(&mut known, self.seeds(roots));
-            known
-        };
-        let columns: Vec<Vec<f64>> = of_each.par_iter().map(lone).collect();
-        let reach = |node: usize| columns.iter().filter(move |c| c[node] < f64::INFINITY);
-        let counts = (0..nodes).into_par_iter().with_min_len(BLOCK);
-        let stride = counts.map(|node| reach(node).count()).max();
-        let stride = stride.unwrap_or(0).max(1);
-        let mut nearest = Nearest::new(nodes, stride);
-        let rows = nearest.sources.par_chunks_exact_mut(stride);
-        rows.zip(nearest.distances.par_chunks_exact_mut(stride))
-            .enumerate()
-            .with_min_len(BLOCK)
-            .for_each(|(node, (sources, distances))| {
-                let mut length = 0;
-                for (roots, known) in of_each.iter().zip(&columns) {
-                    if known[node] < f64::INFINITY {
-                        (sources[length], distances[length]) = (roots[0].source, known[node]);
-                        length += 1;
-                    }
-                }
-                sort_row(&mut sources[..length], &mut distances[..length]);
-            });
-        nearest
-    }
-
-    /// Floods from the seeds on, the sources of lesser coefficients first: those that crowd a source out of a row then
-    /// grow no faster than it does, so that it stays behind them.
-    fn spread(&self, record: &mut impl Record, mut seeds: Vec<Seed>) {
-        seeds.sort_unstable_by(|a, b| {
-            (a.coefficient.total_cmp(&b.coefficient)).then(b.entry.cmp(&a.entry))
-        });
-        let mut queue = Buckets::new(self.graph.range());
-        for alike in seeds.chunk_by(|a, b| a.coefficient == b.coefficient) {
-            self.spread_alike(record, alike, &mut queue);
-        }
-    }
-
-    fn spread_alike(&self, record: &mut impl Record, seeds: &[Seed], queue: &mut Buckets) {
-        let factor = seeds[0].coefficient;
-        let mut seeds = seeds.iter().map(|seed| seed.entry).peekable();
-        while queue.advance(seeds.peek().map(|seed| seed.distance)) {
-            while let Some(seed) = seeds.next_if(|seed| queue.is_due(seed.distance)) {
-                let distance = factor * seed.distance;
-                if distance <= self.limit && record.offer(seed.node, seed.source, distance) {
-                    queue.push(seed);
-                }
-            }
-            while let Some(entry) = queue.pop() {
-                let Entry {
-                    node,
-                    source,
-                    distance,
-                } = entry;
-                // What has come nearer since is on its way already, and what was crowded out is no more.
-                if !record.holds(node, source, factor * distance) {
-                    continue;
-                }
-                for (node, cost) in self.graph.arcs(node) {
-                    let entry = Entry {
-                        distance: distance + cost,
-                        node,
-                        source,
-                    };
-                    let distance = factor * entry.distance;
-                    if distance <= self.limit && record.offer(node, source, distance) {
-                        queue.push(entry);
-                    }
-                }
-            }
+    fn leave(&self, node: u32, distance: f64, front: &mut impl Front) {
+        for (node, cost) in self.arcs(node) {
+            front.reach(node, distance + cost);
         }
     }
 }
@@ -296,15 +316,6 @@ impl Flood<'_> {
 struct Seed {
     coefficient: f64,
     entry: Entry,
-}
-
-/// What is known of the sources at each node.
-trait Record {
-    /// Takes note of a source at this distance from a node; false if that is no news, or none that counts.
-    fn offer(&mut self, node: u32, source: u32, distance: f64) -> bool;
-
-    /// Whether a source is at this distance from a node, and no nearer.
-    fn holds(&self, node: u32, source: u32, distance: f64) -> bool;
 }
 
 impl Record for Nearest {
@@ -335,11 +346,11 @@ impl Record for Nearest {
         true
     }
 
-    fn holds(&self, node: u32, source: u32, distance: f64) -> bool {
+    fn distance(&self, node: u32, source: u32) -> f64 {
         let start = node as usize * self.stride;
         let row = start..start + self.stride;
         let held = self.sources[row].iter().position(|&held| held == source);
-        held.is_some_and(|place| self.distances[start + place] == distance)
+        held.map_or(f64::INFINITY, |place| self.distances[start + place])
     }
 }
 
@@ -354,8 +365,8 @@ impl Record for Vec<f64> {
         nearer
     }
 
-    fn holds(&self, node: u32, _: u32, distance: f64) -> bool {
-        self[node as usize] == distance
+    fn distance(&self, node: u32, _: u32) -> f64 {
+        self[node as usize]
     }
 }
 
@@ -407,8 +418,8 @@ impl Record for Alone {
         true
     }
 
-    fn holds(&self, node: u32, _: u32, distance: f64) -> bool {
-        self.distances[node as usize] == distance
+    fn distance(&self, node: u32, _: u32) -> f64 {
+        self.distances[node as usize]
     }
 }
 

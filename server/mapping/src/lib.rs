@@ -6,7 +6,7 @@
 //! ```text
 //! targets    the cells that have distances and keep points, and the points of each vertex that follow `[W8]`
 //! distance   how far each target is straight from its points   `[W1]`, `[W6]`
-//! flood      how far along paths over the mesh                 `[W7]`, `[W9]`, `[W10]`
+//! flood      how far along paths over the mesh, or inside it   `[W7]`, `[W9]`, `[W10]`, `[W12]`, `[W13]`
 //! filter     which points it keeps                             `[F1]` to `[F5]`
 //! clusters   which vertices keep the same points               `[C1]`
 //! weights    how strongly each kept point acts                 `[W2]` to `[W5]`
@@ -53,6 +53,7 @@ mod factors;
 mod filter;
 mod flood;
 mod flooded;
+mod front;
 #[cfg(test)]
 mod goldens;
 mod graph;
@@ -71,20 +72,25 @@ mod renewal;
 mod roots;
 mod rotation;
 mod shape;
+mod simplices;
 mod strays;
 mod system;
 mod targets;
+mod wave;
 mod weights;
 
 pub use binding::{Binding, MAX_INFLUENCES, bind, bind_mesh};
 pub use error::MappingError;
 pub use flood::{Flood, Nearest, Root};
+pub use front::{Front, Medium};
 pub use graph::{Graph, Rows};
 pub use preset::Preset;
 pub use rbf::MAX_BASIS;
 pub use recipe::{
-    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Metric, MovingFit, Paths, Polynomial,
-    RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start, Weighting,
+    Cost, Dimension, Filter, Fit, FitWeights, Geodesics, Kernel, Metric, MovingFit, Paths,
+    Polynomial, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching, Start,
+    Weighting,
 };
 pub use renewal::{Change, Renewal, Wiring};
-pub use targets::{Cells, Mesh, distances};
+pub use simplices::Simplices;
+pub use targets::{Body, Cells, Mesh, distances};

@@ -77,6 +77,32 @@ pub enum Metric {
     Straight,
     /// Along the cheapest path over the mesh. `[W7]`
     Paths(Paths),
+    /// Along the shortest way inside the body: straight, but for where that leaves it. `[W12]`
+    Geodesics(Geodesics),
+}
+
+impl Metric {
+    /// Where floods start, and how far that is from their points; `None` where there are none.
+    pub(crate) fn starts(&self) -> Option<(Roots, Start)> {
+        match *self {
+            Self::Straight => None,
+            Self::Paths(Paths { roots, start, .. })
+            | Self::Geodesics(Geodesics { roots, start }) => Some((roots, start)),
+        }
+    }
+}
+
+/// The shortest ways from a point through the cells of a body, and over those of a shell, to the mean of a target's
+/// vertices. `[W12]`
+///
+/// The cells are taken for convex. Ways are told to a few thousandths of their length in the mean, to a tenth near their
+/// points, and to part of a cell within two cells of a point that roots do not surround.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geodesics {
+    /// The vertices from which the ways of a point start. [`Roots::Containing`] tells most.
+    pub roots: Roots,
+    /// How far a root is from its point.
+    pub start: Start,
 }
 
 /// Paths from a point over the targets of a weighting, from one to the next if an arc joins them. `[W7]`
@@ -92,7 +118,7 @@ pub struct Paths {
     pub cost: Cost,
 }
 
-/// The targets from which the paths of a point start.
+/// The targets from which the paths of a point start, or the vertices for [`Metric::Geodesics`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Roots {
     /// The nearest; all of them, where others are as near to a relative 10⁻⁹.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::{Paths, Root, Roots, Rows, Start};
+use crate::{Root, Roots, Rows, Start};
 
 /// Targets that share a box: so small that few beside the nearest are looked at, so large that boxes are few.
 const BOXED: usize = 64;
@@ -16,7 +16,7 @@ pub(crate) const TIE: f64 = 1e-9;
 /// # Panics
 /// If the paths start in volumes, and `holding` does not tell which hold a point.
 pub(crate) fn roots(
-    paths: &Paths,
+    (from, start): (Roots, Start),
     centres: &[Vector3<f64>],
     points: &[Vector3<f64>],
     usable: &[u32],
@@ -25,7 +25,7 @@ pub(crate) fn roots(
     let boxes = Boxes::new(centres);
     let of_point = |&source: &u32| -> Vec<Root> {
         let point = &points[source as usize];
-        let nodes = match paths.roots {
+        let nodes = match from {
             Roots::Nearest => boxes.nearest(point),
             Roots::Ball(radius) => boxes.within(point, radius * radius),
             Roots::Containing => {
@@ -36,7 +36,7 @@ pub(crate) fn roots(
                 }
             }
         };
-        let start = |node: u32| match paths.start {
+        let start = |node: u32| match start {
             Start::Zero => 0.0,
             Start::Distance => (centres[node as usize] - point).norm(),
         };

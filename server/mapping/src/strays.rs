@@ -3,22 +3,23 @@
 use nalgebra::Vector3;
 
 use crate::distance::nearest;
-use crate::{Graph, Root, Start};
+use crate::paths::Ground;
+use crate::{Root, Start};
 
-/// A root in each part of a graph that has none: at the target that is straight the nearest to a usable point. `[W11]`
+/// A root in each part of what floods spread over that has none: at the target that is straight the nearest to a usable point. `[W11]`
 ///
 /// * `unreached` – the nodes that no path reaches, ascending.
 /// * `centres` – of the nodes, m.
 pub(crate) fn strays(
-    graph: &Graph,
+    ground: &Ground<'_>,
     unreached: &[usize],
     roots: &[Root],
     centres: &[Vector3<f64>],
     (points, usable): (&[Vector3<f64>], &[u32]),
     start: Start,
 ) -> Vec<Root> {
-    let mut is_met = vec![false; graph.len()];
-    let mut is_rooted = vec![false; graph.len()];
+    let mut is_met = vec![false; ground.len()];
+    let mut is_rooted = vec![false; ground.len()];
     for root in roots {
         is_rooted[root.node as usize] = true;
     }
@@ -27,7 +28,7 @@ pub(crate) fn strays(
         if is_met[first] {
             continue;
         }
-        let part = part(graph, first, &mut is_met);
+        let part = part(ground, first, &mut is_met);
         // Beyond the limit of a flood there are unreached nodes in parts with roots.
         if part.iter().any(|&node| is_rooted[node]) {
             continue;
@@ -50,17 +51,17 @@ pub(crate) fn strays(
 }
 
 /// The nodes that paths join to a node, ascending.
-fn part(graph: &Graph, first: usize, is_met: &mut [bool]) -> Vec<usize> {
+fn part(ground: &Ground<'_>, first: usize, is_met: &mut [bool]) -> Vec<usize> {
     let mut part = vec![first];
     is_met[first] = true;
     let mut done = 0;
     while let Some(&node) = part.get(done) {
         done += 1;
-        for &next in graph.neighbours(node) {
+        ground.for_each_neighbour(node, |next| {
             if !std::mem::replace(&mut is_met[next as usize], true) {
                 part.push(next as usize);
             }
-        }
+        });
     }
     part.sort_unstable();
     part

@@ -8,12 +8,12 @@ use crate::binding::{LARGEST, check_coefficients, check_coordinates, check_lengt
 use crate::distance::{Distances, nearest, scaled};
 use crate::filter::{Demand, Surroundings, filter};
 use crate::flooded::Flooded;
-use crate::paths::{along, at_vertices, typical};
+use crate::paths::{Ground, at_vertices, inside, typical};
 use crate::roots::roots;
 use crate::strays::strays;
 use crate::{
     Filter, Graph, MAX_INFLUENCES, MappingError, Metric, Nearest, Paths, Recipe, Root, Roots, Rows,
-    Weighting,
+    Simplices, Weighting,
 };
 
 /// A mesh at rest, in as far as a recipe asks for it.
@@ -25,8 +25,10 @@ pub struct Mesh<'a> {
     pub cells: Option<Cells<'a>>,
     /// The targets as nodes of a graph, with what its arcs cost; for [`Metric::Paths`].
     pub graph: Option<&'a Graph>,
-    /// Of each point, the targets of the volumes that hold it, ascending; for [`Roots::Containing`] and
-    /// [`Filter::InVolume`].
+    /// What geodesics go through; for [`Metric::Geodesics`].
+    pub body: Option<Body<'a>>,
+    /// Of each point, the targets of the volumes that hold it, ascending; for paths from
+    /// [`Roots::Containing`] and for [`Filter::InVolume`].
     pub holding: Option<&'a Rows>,
     /// Whether it came apart since it was made. A part of it that no path reaches has then a root of its own `[W11]`, and a
     /// vertex left over, that bounds no target or is none, follows the point that is straight the nearest.
@@ -56,6 +58,17 @@ pub struct Cells<'a> {
     pub at_vertices: &'a Rows,
 }
 
+/// The inside of a mesh at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Body<'a> {
+    /// Of the vertices.
+    pub simplices: &'a Simplices,
+    /// The vertices of each target, where the targets are not the vertices.
+    pub corners: Option<&'a Rows>,
+    /// Of each point, the vertices of the volumes that hold it, ascending; for [`Roots::Containing`].
+    pub holding: Option<&'a Rows>,
+}
+
 impl<'a> Mesh<'a> {
     /// Vertices without cells: all that distances between vertices and points need.
     #[must_use]
@@ -64,6 +77,7 @@ impl<'a> Mesh<'a> {
             vertices,
             cells: None,
             graph: None,
+            body: None,
             holding: None,
             torn: false,
             may_change: false,
@@ -81,16 +95,20 @@ impl<'a> Mesh<'a> {
         if let (Metric::Paths(_), Some(graph)) = (&weighting.metric, self.graph) {
             check_length("nodes", graph.len(), self.centres().len())?;
         }
-        match &weighting.metric {
-            Metric::Straight => Ok(()),
-            Metric::Paths(paths) if paths.arcs == weighting.targets => Err(MappingError::Arcs),
-            &Metric::Paths(Paths {
-                roots: Roots::Ball(radius),
-                ..
-            }) if !(LARGEST.recip()..=LARGEST).contains(&radius) => {
+        if let (Metric::Geodesics(_), Some(body)) = (&weighting.metric, self.body) {
+            let nodes = Ground::Body(body.simplices).len();
+            check_length("corners of simplices", nodes, self.vertices.len())?;
+        }
+        if let Metric::Paths(Paths { arcs, .. }) = weighting.metric
+            && arcs == weighting.targets
+        {
+            return Err(MappingError::Arcs);
+        }
+        match weighting.metric.starts() {
+            Some((Roots::Ball(radius), _)) if !(LARGEST.recip()..=LARGEST).contains(&radius) => {
                 Err(MappingError::Radius { radius })
             }
-            Metric::Paths(_) => Ok(()),
+            Some(_) | None => Ok(()),
         }
     }
 
@@ -144,26 +162,51 @@ impl<'a> Mesh<'a> {
     }
 
     fn roots(&self, points: &[Vector3<f64>], usable: &[u32], weighting: &Weighting) -> Vec<Root> {
-        match &weighting.metric {
-            Metric::Straight => Vec::new(),
-            Metric::Paths(paths) => {
-                let centres = self.rooted();
-                roots(paths, &centres, points, usable, self.holding)
-            }
+        let (Some(starts), Some(ground)) = (weighting.metric.starts(), self.ground(weighting))
+        else {
+            return Vec::new();
+        };
+        let holding = match ground {
+            Ground::Graph(_) => self.holding,
+            Ground::Body(_) => self.body.and_then(|body| body.holding),
+        };
+        roots(starts, &self.rooted(ground), points, usable, holding)
+    }
+
+    /// What floods spread over; `None` without floods.
+    fn ground(&self, weighting: &Weighting) -> Option<Ground<'a>> {
+        match weighting.metric {
+            Metric::Straight => None,
+            Metric::Paths(_) => self.graph.map(Ground::Graph),
+            Metric::Geodesics(_) => self.body.map(|body| Ground::Body(body.simplices)),
+        }
+    }
+
+    /// Where the nodes of floods are, m.
+    fn nodes(&self, ground: Ground<'_>) -> &'a [Vector3<f64>] {
+        match ground {
+            Ground::Graph(_) => self.centres(),
+            Ground::Body(_) => self.vertices,
         }
     }
 
     /// Where paths may start: a vertex that is left over, and has no arc, is infinitely far.
-    fn rooted(&self) -> Cow<'a, [Vector3<f64>]> {
-        let centres = self.centres();
-        let Some(graph) = self.graph.filter(|_| self.torn && self.cells.is_none()) else {
-            return Cow::Borrowed(centres);
+    fn rooted(&self, ground: Ground<'_>) -> Cow<'a, [Vector3<f64>]> {
+        let nodes = self.nodes(ground);
+        let are_cells = matches!(ground, Ground::Graph(_)) && self.cells.is_some();
+        if !self.torn || are_cells {
+            return Cow::Borrowed(nodes);
+        }
+        let place = |(node, x): (usize, &Vector3<f64>)| {
+            let mut is_left_over = true;
+            ground.for_each_neighbour(node, |_| is_left_over = false);
+            if is_left_over {
+                Vector3::repeat(f64::INFINITY)
+            } else {
+                *x
+            }
         };
-        let place = |(node, x): (usize, &Vector3<f64>)| match graph.neighbours(node) {
-            [] => Vector3::repeat(f64::INFINITY),
-            _ => *x,
-        };
-        Cow::Owned(centres.iter().enumerate().map(place).collect())
+        Cow::Owned(nodes.iter().enumerate().map(place).collect())
     }
 
     /// The distances of each target, in as far as a filter has to see them.
@@ -181,15 +224,16 @@ impl<'a> Mesh<'a> {
         let by_number = match weighting.metric {
             // The nearest need not be the least.
             Metric::Straight => demand.within < 0.0 && coefficients.is_empty(),
-            Metric::Paths(_) => demand.within < 0.0,
+            Metric::Paths(_) | Metric::Geodesics(_) => demand.within < 0.0,
         };
         let count = if by_number { demand.count } else { usize::MAX };
         let kept = count.min(usable.len());
-        if centres.len() > MAX_INFLUENCES / kept {
-            let vertices = centres.len();
+        let vertices = centres.len().max(self.vertices.len());
+        if vertices > MAX_INFLUENCES / kept {
             return Err(MappingError::TooLarge { vertices, kept });
         }
-        let (Metric::Paths(paths), Some(graph)) = (&weighting.metric, self.graph) else {
+        let (Some((_, start)), Some(ground)) = (weighting.metric.starts(), self.ground(weighting))
+        else {
             let distances = nearest(centres, points, usable, count); // [W1]
             return Ok(Kept {
                 distances: match coefficients {
@@ -200,22 +244,38 @@ impl<'a> Mesh<'a> {
                 flooded: None,
             });
         };
-        let mut floods = along(graph, roots, coefficients, demand); // [W6], [W7]
+        let mut floods = ground.floods(roots, coefficients, demand); // [W6], [W7], [W12]
         let mut strays = Vec::new();
         if self.torn {
             let around = (points, usable);
+            let nodes = self.nodes(ground);
             let unreached = floods.unreached();
-            strays = self::strays(graph, &unreached, roots, centres, around, paths.start); // [W11]
+            strays = self::strays(&ground, &unreached, roots, nodes, around, start); // [W11]
             if !strays.is_empty() {
-                floods = along(graph, &[roots, &strays].concat(), coefficients, demand);
+                floods = ground.floods(&[roots, &strays].concat(), coefficients, demand);
             }
         }
-        // Nodes without arcs are no roots any more once a mesh is torn.
-        let keeps =
-            keeps && (self.torn || (0..graph.len()).all(|x| !graph.neighbours(x).is_empty()));
-        let keep = || Flooded::new(graph, centres, points, [roots, &strays], &floods);
-        let flooded = if keeps { keep() } else { None };
-        let distances = floods.distances();
+        let (distances, flooded) = match ground {
+            Ground::Graph(graph) => {
+                // Nodes without arcs are no roots any more once a mesh is torn.
+                let is_open = |node| !graph.neighbours(node).is_empty();
+                let keeps = keeps && (self.torn || (0..graph.len()).all(is_open));
+                let keep = || Flooded::new(graph, centres, points, [roots, &strays], &floods);
+                let flooded = if keeps { keep() } else { None };
+                (floods.distances(), flooded)
+            }
+            Ground::Body(_) => {
+                let of_vertices = floods.distances();
+                let corners = self.body.and_then(|body| body.corners);
+                let distances = match corners {
+                    None => of_vertices,
+                    Some(corners) => {
+                        inside(&of_vertices, corners, self.vertices, centres, coefficients) // [W13]
+                    }
+                };
+                (distances, None)
+            }
+        };
         let typical = Some(typical(&distances));
         match distances.empty() {
             cells if cells.is_empty() || demand.limit < f64::INFINITY => Ok(Kept {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::adjacency::FaceSets;
 use crate::holders::holders;
 use crate::measure::cell_volume;
-use crate::{Cell, CellType, Cells, surface, vertex_normals};
+use crate::{Cell, CellType, Cells, Face, surface, vertex_normals};
 
 /// The most neighbours, counted from each side, and once for each way in which two cells are: 1 GB of them.
 pub const MOST_NEIGHBOURS: usize = 1 << 28;
@@ -168,6 +168,21 @@ impl Complex {
         Ok(made.get_or_init(|| joined(&of_arcs, self.count(nodes))))
     }
 
+    /// All volumes as tetrahedra, and all surface cells as triangles, by their vertices: each cell as the fan of its first
+    /// vertex, which fills what is convex.
+    pub fn simplices(&self) -> (Vec<[u32; 4]>, Vec<[u32; 3]>) {
+        let tetrahedra = self.volumes().flat_map(|cell| {
+            let apex = cell.vertices[0];
+            let faces = cell.faces();
+            let beyond = faces.filter(move |face| face.vertices().all(|vertex| vertex != apex));
+            beyond.flat_map(fan).map(move |[a, b, c]| [apex, a, b, c])
+        });
+        let triangles = self
+            .surface_cells()
+            .flat_map(|cell| cell.faces().flat_map(fan));
+        (tetrahedra.collect(), triangles.collect())
+    }
+
     /// The mean of the vertices of each cell, m.
     pub fn centres(&self, dimension: Dimension, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         if dimension == Dimension::Vertex {
@@ -296,6 +311,13 @@ impl Complex {
             Faces { vertices, of_sides }
         })
     }
+}
+
+/// The triangles of a face as the fan of its first vertex.
+fn fan(face: Face<'_>) -> impl Iterator<Item = [u32; 3]> {
+    let first = face.vertex(0);
+    let edges = face.edges().skip(1).take(face.len() - 2);
+    edges.map(move |[a, b]| [first, a, b])
 }
 
 /// The other members of all rows that each of so many numbers is in, ascending.

@@ -1,11 +1,13 @@
 //! How the points drive the mesh.
 
 use sinew_engine::{
-    Cost, Dimension, Filter, Fit, FitWeights, Kernel, Mapping, Metric, MovingFit, Paths,
+    Cost, Dimension, Filter, Fit, FitWeights, Geodesics, Kernel, Mapping, Metric, MovingFit, Paths,
     Polynomial, Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, ShapeMatching,
     Start, Weighting,
 };
 use sinew_proto::v1;
+
+use crate::error::invalid;
 
 use super::{Result, known, reals};
 
@@ -88,8 +90,8 @@ fn weighting(weighting: v1::Weighting) -> Result<Weighting> {
         }
         Some(Kind::Flood(flood)) => {
             let (kernel, scale) = (flood.kernel, flood.scale);
-            let paths = paths(flood, targets, &format!("{FIELD}.flood"))?;
-            (Metric::Paths(paths), kernel, scale, "flood")
+            let metric = flooded(flood, targets, &format!("{FIELD}.flood"))?;
+            (metric, kernel, scale, "flood")
         }
     };
     Ok(Weighting {
@@ -118,10 +120,30 @@ fn cells(number: i32, field: &str) -> Result<Option<Dimension>> {
     })
 }
 
-fn paths(flood: v1::FloodWeighting, targets: Dimension, field: &str) -> Result<Paths> {
+fn flooded(flood: v1::FloodWeighting, targets: Dimension, field: &str) -> Result<Metric> {
     use v1::flood_weighting::{Cost as GivenCost, Roots as GivenRoots};
     let arcs = cells(flood.arcs, &format!("{field}.arcs"))?;
+    let roots = flood.roots.map(|roots| match roots {
+        GivenRoots::Nearest(_) => Roots::Nearest,
+        GivenRoots::Containing(_) => Roots::Containing,
+        GivenRoots::Ball(ball) => Roots::Ball(ball.radius),
+    });
     let cost = match flood.cost {
+        Some(GivenCost::Geodesic(_)) => {
+            if arcs.is_some() {
+                let problem = "is given, and geodesics go along no arcs";
+                let remedy = "leave it out, or choose another cost";
+                return Err(invalid(
+                    "MAPPING_REFUSED",
+                    format!("{field}.arcs"),
+                    problem,
+                    remedy,
+                ));
+            }
+            let start = start(flood.start, field)?.unwrap_or(Start::Distance);
+            let roots = roots.unwrap_or(Roots::Containing);
+            return Ok(Metric::Geodesics(Geodesics { roots, start }));
+        }
         None | Some(GivenCost::Hops(_)) => Cost::Hops,
         Some(GivenCost::Length(_)) => Cost::Length,
         Some(GivenCost::Volume(_)) => Cost::Volume,
@@ -130,29 +152,31 @@ fn paths(flood: v1::FloodWeighting, targets: Dimension, field: &str) -> Result<P
             Cost::Column(reals(Some(&column), &format!("{field}.column"))?)
         }
     };
-    let start = match known::<v1::RootStart>(flood.start, &format!("{field}.start"))? {
-        v1::RootStart::Zero => Start::Zero,
-        v1::RootStart::Distance => Start::Distance,
-        v1::RootStart::Unspecified => match cost {
-            Cost::Length | Cost::Curvature(_) => Start::Distance,
-            Cost::Hops | Cost::Volume | Cost::Column(_) => Start::Zero,
-        },
-    };
-    Ok(Paths {
+    let start = start(flood.start, field)?.unwrap_or(match cost {
+        Cost::Length | Cost::Curvature(_) => Start::Distance,
+        Cost::Hops | Cost::Volume | Cost::Column(_) => Start::Zero,
+    });
+    Ok(Metric::Paths(Paths {
         arcs: arcs.unwrap_or(match targets {
             Dimension::Vertex => Dimension::Edge,
             Dimension::Edge => Dimension::Vertex,
             Dimension::Face => Dimension::Edge,
             Dimension::Volume => Dimension::Face,
         }),
-        roots: match flood.roots {
-            None | Some(GivenRoots::Nearest(_)) => Roots::Nearest,
-            Some(GivenRoots::Containing(_)) => Roots::Containing,
-            Some(GivenRoots::Ball(ball)) => Roots::Ball(ball.radius),
-        },
+        roots: roots.unwrap_or(Roots::Nearest),
         start,
         cost,
-    })
+    }))
+}
+
+fn start(number: i32, field: &str) -> Result<Option<Start>> {
+    Ok(
+        match known::<v1::RootStart>(number, &format!("{field}.start"))? {
+            v1::RootStart::Unspecified => None,
+            v1::RootStart::Zero => Some(Start::Zero),
+            v1::RootStart::Distance => Some(Start::Distance),
+        },
+    )
 }
 
 fn filter(kind: Option<v1::filter::Kind>, rule: &Rule) -> Filter {
