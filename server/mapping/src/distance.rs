@@ -2,6 +2,7 @@ use std::num::NonZeroUsize;
 
 use kiddo::SquaredEuclidean;
 use kiddo::immutable::float::kdtree::ImmutableKdTree;
+use multiversion::multiversion;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -100,6 +101,58 @@ impl Distances {
     }
 }
 
+/// Up to this many points are all looked at, side by side: sooner done than a walk through a tree.
+const FEW: usize = 8;
+
+/// The coordinates of few points, by columns; those that are none are infinitely far.
+#[derive(Clone)]
+struct Few([[f64; FEW]; 3]);
+
+impl Few {
+    /// `None` for more.
+    fn new(places: &[[f64; 3]]) -> Option<Self> {
+        let column = |axis: usize| {
+            std::array::from_fn(|i| places.get(i).map_or(f64::INFINITY, |place| place[axis]))
+        };
+        (places.len() <= FEW).then(|| Self([0, 1, 2].map(column)))
+    }
+
+    /// Fills rows of all of them, the nearest first; `usable` translates.
+    fn fill(
+        &self,
+        vertices: &[Vector3<f64>],
+        usable: &[u32],
+        points: &mut [u32],
+        squared: &mut [f64],
+    ) {
+        let rows =
+            (points.chunks_exact_mut(usable.len())).zip(squared.chunks_exact_mut(usable.len()));
+        for (vertex, (points, squared)) in vertices.iter().zip(rows) {
+            let (found, ranks) = ranked(&self.0, &(*vertex).into());
+            for ((&point, distance), rank) in usable.iter().zip(found).zip(ranks) {
+                (points[rank as usize], squared[rank as usize]) = (point, distance);
+            }
+        }
+    }
+}
+
+/// The squared distances of places, by columns, from a vertex, and which is the how many-th; equal ones by number.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn ranked([x, y, z]: &[[f64; FEW]; 3], vertex: &[f64; 3]) -> ([f64; FEW], [u32; FEW]) {
+    let mut squared = [0.0; FEW];
+    for i in 0..FEW {
+        let (dx, dy, dz) = (x[i] - vertex[0], y[i] - vertex[1], z[i] - vertex[2]);
+        squared[i] = dx * dx + dy * dy + dz * dz;
+    }
+    let mut ranks = [0; FEW];
+    for (j, &other) in squared.iter().enumerate() {
+        for i in 0..FEW {
+            ranks[i] += u32::from(other < squared[i] || (other == squared[i] && j < i));
+        }
+    }
+    (squared, ranks)
+}
+
 type Tree = ImmutableKdTree<f64, u32, 3, 32>;
 
 /// The usable points, to find those near to a place.
@@ -107,6 +160,7 @@ type Tree = ImmutableKdTree<f64, u32, 3, 32>;
 pub(crate) struct Seeker {
     usable: Vec<u32>,
     tree: Tree,
+    few: Option<Few>,
 }
 
 impl std::fmt::Debug for Seeker {
@@ -134,13 +188,15 @@ impl Seeker {
         Self {
             usable: usable.to_vec(),
             tree: Tree::new_from_slice(&places),
+            few: Few::new(&places),
         }
     }
 
     /// As [`nearest`].
     pub(crate) fn nearest(&self, vertices: &[Vector3<f64>], count: usize) -> Distances {
-        let Self { usable, tree } = self;
+        let Self { usable, tree, few } = self;
         let stride = count.min(usable.len());
+        let all = few.as_ref().filter(|_| stride == usable.len());
         let mut distances = Distances {
             stride,
             points: vec![usable[0]; vertices.len() * stride],
@@ -150,6 +206,9 @@ impl Seeker {
             let rows = points
                 .chunks_exact_mut(stride)
                 .zip(squared.chunks_exact_mut(stride));
+            if let Some(all) = all {
+                return all.fill(vertices, usable, points, squared);
+            }
             for (vertex, (points, squared)) in vertices.iter().zip(rows) {
                 fill_row(tree, usable, &(*vertex).into(), points, squared);
             }

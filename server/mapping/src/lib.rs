@@ -60,6 +60,7 @@ mod graph;
 mod interpolation;
 mod lanes;
 mod linear;
+mod moments;
 mod moving;
 mod paths;
 mod preset;

@@ -1,3 +1,4 @@
+use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use crate::blocks::for_each_block;
@@ -96,6 +97,8 @@ impl Linear {
     }
 }
 
+/// Poses vertices, each by a row of `stride` points and weights. Rows of the usual lengths are unrolled.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn pose_block(
     rest: &[Vector3<f64>],
     points: &[u32],
@@ -104,17 +107,48 @@ fn pose_block(
     displacements: &[Displacement],
     out: &mut [Vector3<f64>],
 ) {
-    let rows = points
-        .chunks_exact(stride)
-        .zip(weights.chunks_exact(stride));
-    for ((out, rest), (points, weights)) in out.iter_mut().zip(rest).zip(rows) {
-        let mut sum = [0.0; 4];
-        for (&point, &weight) in points.iter().zip(weights) {
-            let Displacement(d) = &displacements[point as usize];
-            for axis in 0..4 {
-                sum[axis] += weight * d[axis];
+    match stride {
+        4 => pose_rows::<4>(rest, points, weights, displacements, out),
+        8 => pose_rows::<8>(rest, points, weights, displacements, out),
+        _ => {
+            let rows = points
+                .chunks_exact(stride)
+                .zip(weights.chunks_exact(stride));
+            for ((out, rest), (points, weights)) in out.iter_mut().zip(rest).zip(rows) {
+                *out = pose_row(rest, points, weights, displacements);
             }
         }
-        *out = Vector3::new(rest.x + sum[0], rest.y + sum[1], rest.z + sum[2]);
     }
+}
+
+#[inline(always)]
+fn pose_rows<const K: usize>(
+    rest: &[Vector3<f64>],
+    points: &[u32],
+    weights: &[f64],
+    displacements: &[Displacement],
+    out: &mut [Vector3<f64>],
+) {
+    let rows = points.as_chunks::<K>().0.iter();
+    let rows = rows.zip(weights.as_chunks::<K>().0);
+    for ((out, rest), (points, weights)) in out.iter_mut().zip(rest).zip(rows) {
+        *out = pose_row(rest, points, weights, displacements);
+    }
+}
+
+#[inline(always)]
+fn pose_row(
+    rest: &Vector3<f64>,
+    points: &[u32],
+    weights: &[f64],
+    displacements: &[Displacement],
+) -> Vector3<f64> {
+    let mut sum = [0.0; 4];
+    for (&point, &weight) in points.iter().zip(weights) {
+        let Displacement(d) = &displacements[point as usize];
+        for axis in 0..4 {
+            sum[axis] += weight * d[axis];
+        }
+    }
+    Vector3::new(rest.x + sum[0], rest.y + sum[1], rest.z + sum[2])
 }

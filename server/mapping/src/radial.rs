@@ -107,6 +107,15 @@ fn add_all(
     }
 }
 
+/// Replaces each x ≤ 0 by e^x, those below −708 by 0.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+pub(crate) fn exponentials(row: &mut [f64]) {
+    for x in row {
+        let value = exp(*x);
+        *x = if *x < -708.0 { 0.0 } else { value };
+    }
+}
+
 /// e^x for x ≤ 0; below −708 it is that of −708, about 1e-308.
 ///
 /// x = n ln 2 + r, n whole, |r| ≤ ln 2 / 2, and e^r by its series.

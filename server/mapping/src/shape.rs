@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::blocks::for_each_block;
 use crate::clusters::Clusters;
 use crate::lanes::LANES;
+use crate::moments::{Place, Sums, sums};
 use crate::quadratic::{Bend, Quadratic};
 use crate::rotation::Moments;
 use crate::{Fit, rotation};
@@ -323,6 +324,7 @@ impl Shape {
             mode,
             offsets: _,
         } = self;
+        let places: Vec<Place> = points.iter().map(Place::new).collect();
         let set = |cluster: usize| {
             let range = clusters.first[cluster]..clusters.first[cluster + 1];
             (
@@ -333,7 +335,7 @@ impl Shape {
         };
         let rigid = |first: usize, rotations: &mut [UnitQuaternion<f64>]| {
             let fits: Vec<(Center, Moments)> = (first..first + rotations.len())
-                .map(|cluster| moments(set(cluster), spreads[cluster], points))
+                .map(|cluster| moments(set(cluster), spreads[cluster], &places))
                 .collect();
             rotation::fit(fits.iter().map(|(_, moments)| moments), rotations);
             let matrices = rotations.iter().map(|r| *r.to_rotation_matrix().matrix());
@@ -417,19 +419,15 @@ fn blend(rotation: &Matrix3<f64>, linear: &Matrix3<f64>, beta: f64) -> Matrix3<f
 fn moments(
     (set, shares, arms): (&[u32], &[f64], &[Vector3<f64>]),
     spread: f64,
-    points: &[Vector3<f64>],
+    places: &[Place],
 ) -> (Center, Moments) {
-    let base = set
-        .first()
-        .map_or_else(Vector3::zeros, |&j| points[j as usize]);
-    let (mut mean, mut covariance, mut squares) = (Vector3::zeros(), Matrix3::zeros(), 0.0);
-    for ((&j, &share), rest) in set.iter().zip(shares).zip(arms) {
-        let now = points[j as usize] - base;
-        let weighted = now * share;
-        mean += weighted;
-        squares += weighted.dot(&now);
-        covariance += weighted * rest.transpose(); // [M2]: the arms at rest sum to 0, so `now` may be from anywhere
-    }
+    let Sums {
+        base,
+        mean,
+        covariance,
+        squares,
+    } = sums(set, shares, arms, places);
+    let covariance = Matrix3::from_columns(&covariance); // [M2]
     let size = ((squares - mean.norm_squared()) * spread).max(0.0).sqrt();
     (Center { base, mean }, Moments { covariance, size })
 }

@@ -3,6 +3,7 @@ use rayon::prelude::*;
 use crate::Kernel;
 use crate::blocks::{BLOCK, worth_sharing};
 use crate::distance::Distances;
+use crate::radial::exponentials;
 
 /// How strongly the kept points act on each vertex.
 ///
@@ -102,22 +103,27 @@ pub(crate) fn alike(distances: Distances) -> Weights {
 /// Each weight is first taken relative to the greatest: that one is 1 however far the vertex, so the sum never vanishes.
 fn normalise_row(row: &mut [f64], kernel: Kernel, scale: f64) {
     let nearest = row.iter().copied().fold(f64::INFINITY, f64::min);
-    for value in row.iter_mut() {
-        *value = if *value == f64::INFINITY {
-            0.0
-        } else {
-            match kernel {
-                Kernel::Gaussian => (-0.5 * (*value - nearest) / (scale * scale)).exp(), // [W2]
-                // Equal first: a vertex on a point would give 0/0.
-                Kernel::InverseSquare if *value == nearest => 1.0,
-                Kernel::InverseSquare => nearest / *value, // [W3]
-            }
-        };
+    if nearest == f64::INFINITY {
+        return row.fill(0.0);
+    }
+    match kernel {
+        Kernel::Gaussian => {
+            let factor = -0.5 / (scale * scale);
+            row.iter_mut()
+                .for_each(|value| *value = factor * (*value - nearest));
+            exponentials(row); // [W2]
+        }
+        Kernel::InverseSquare => row.iter_mut().for_each(|value| {
+            // Equal first: a vertex on a point would give 0/0.
+            *value = if *value == nearest {
+                1.0
+            } else {
+                nearest / *value // [W3]
+            };
+        }),
     }
     let sum: f64 = row.iter().sum();
-    if sum > 0.0 {
-        row.iter_mut().for_each(|weight| *weight /= sum); // [W4]
-    }
+    row.iter_mut().for_each(|weight| *weight /= sum); // [W4]
 }
 
 impl Weights {
