@@ -31,6 +31,7 @@ pub use scene::{
     SceneError, ShapeMatching, Start, Tracking, UpAxis, Weighting,
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};
+pub use sinew_mapping::Nearest;
 pub use sinew_particles::{
     Attraction, AttractionLaw, Dimension as SolidDimension, Driven, Elastic, EndingKind,
     ExternalForce, Form, FrameSpec, Gradient, Integration, Integrator, LinkLaw, Links, Material,

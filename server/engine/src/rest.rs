@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
-use sinew_mapping::{Binding, Change, Mesh, Renewal};
+use sinew_mapping::{Binding, Change, Mesh, Nearest, Renewal};
 use sinew_mesh::{Cells, Complex};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -125,6 +125,18 @@ impl Rest {
             fingerprint: xxh3_64(format!("{mapping:?}").as_bytes()),
             mapping,
         })
+    }
+
+    /// How far the points of a mapping are from each target of its weighting, all of them: what filters and kernel see.
+    ///
+    /// # Errors
+    /// As [`Rest::bind`], of a weighting.
+    pub fn distances(&self, mapping: &Mapping) -> Result<Nearest, SceneError> {
+        let usable = self.usable(mapping)?;
+        let asked = Asked::new(self, mapping)?;
+        let mesh = asked.mesh(&self.vertices, self.version > 0, false);
+        sinew_mapping::distances(&mesh, &self.points, &usable, &mapping.recipe.weighting)
+            .map_err(|error| mapping_refusal(mapping, &error))
     }
 
     /// Binds by a recipe that is the mapping's, but for what it leaves open.

@@ -25,7 +25,7 @@ for part in np.array_split(chosen, max(1, sources * len(points) // 20_000_000)):
     seen += np.isfinite(dijkstra(graph, indices=part, limit=reach)).sum()
 searched = (time.process_time() - start) * len(points) / sources
 print(json.dumps({
-    "n": str(len(points)), "peer": "scipy cKDTree + dijkstra", "version": scipy.__version__,
+    "item": "neighbourhoods", "n": str(len(points)), "peer": "scipy cKDTree + dijkstra", "version": scipy.__version__,
     "user_median": built + searched,
     "error_metric": {"graph_seconds": built, "seen": float(seen) / sources - 1},
 }))

@@ -56,6 +56,13 @@ impl Findings {
         self.parts.push(Part::Plot(plot));
     }
 
+    /// Says in plain words where peers were not measured to the end: the rest of the section stands.
+    pub(crate) fn peers(&mut self, measured: Result<(), Failure>) {
+        if let Err(failure) = measured {
+            self.text(format!("Peers were not measured: {failure}."));
+        }
+    }
+
     pub(crate) fn plots(&self) -> impl Iterator<Item = &Plot> {
         self.parts.iter().filter_map(|part| match part {
             Part::Plot(plot) => Some(plot),

@@ -82,6 +82,31 @@ pub(crate) fn time(work: impl FnOnce()) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
+/// Seconds of some work on one thread and on two, by turns, by the clock; rounds as in [`by_turns`].
+///
+/// # Panics
+/// If the machine gives no threads.
+pub(crate) fn one_and_two(budget: f64, work: &mut (dyn FnMut() + Send)) -> [Vec<f64>; 2] {
+    let pools = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("a machine with threads")
+    });
+    let mut seconds = [Vec::new(), Vec::new()];
+    pools[0].install(&mut *work);
+    let start = Instant::now();
+    for round in 0..ROUNDS {
+        if round >= LEAST && start.elapsed().as_secs_f64() > budget {
+            break;
+        }
+        for (pool, seconds) in pools.iter().zip(&mut seconds) {
+            let start = Instant::now();
+            pool.install(&mut *work);
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+    }
+    seconds
+}
+
 /// Runs some work with so many threads, as the engine takes them from the caller's pool.
 ///
 /// # Panics

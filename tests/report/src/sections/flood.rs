@@ -1,7 +1,9 @@
 //! Weights along paths over the mesh, beside straight ones.
 
 use nalgebra::Vector3;
-use sinew_engine::{Cost, Dimension, Filter, Metric, Paths, Roots, Rule, Start, Weighting};
+use sinew_engine::{
+    Cost, Dimension, Filter, Geodesics, Metric, Paths, Roots, Rule, Start, Weighting,
+};
 use sinew_mesh::{Grid, shapes};
 
 use crate::{
@@ -31,6 +33,18 @@ pub(crate) fn along(targets: Dimension, arcs: Dimension, cost: Cost) -> Weightin
             roots: Roots::Nearest,
             start: Start::Zero,
             cost,
+        }),
+        targets,
+        ..Weighting::default()
+    }
+}
+
+/// Weights by the shortest way inside the mesh.
+fn inside(targets: Dimension) -> Weighting {
+    Weighting {
+        metric: Metric::Geodesics(Geodesics {
+            roots: Roots::Containing,
+            start: Start::Distance,
         }),
         targets,
         ..Weighting::default()
@@ -67,6 +81,8 @@ fn measure() -> Result<Findings, Failure> {
             "length, volumes by faces",
             along(volumes, faces, Cost::Length),
         ),
+        ("geodesic, vertices", inside(vertices)),
+        ("geodesic, volumes", inside(volumes)),
     ];
     let cases = [(8, 8), (100, 8), (100, 100)];
     let names = cases.map(|(points, kept)| format!("{points} points, keep {kept}, ms"));
@@ -80,7 +96,8 @@ fn measure() -> Result<Findings, Failure> {
         table.row(row);
     }
     findings.table(table);
-    beside_peers(&mut findings)?;
+    let beside = beside_peers(&mut findings);
+    findings.peers(beside);
     Ok(findings)
 }
 
@@ -94,12 +111,12 @@ fn beside_peers(findings: &mut Findings) -> Result<(), Failure> {
         }
     };
     findings.text(
-        "Beside other libraries: 8 sources on the same meshes, arcs by length, one thread. Theirs is the flood alone, of a graph \
-         that they are given; ours the whole binding: arcs, roots, floods, filter and weights. `perm` has vertices and cells in \
-         random order.",
+        "Beside other libraries: 8 sources on the same meshes, arcs by length, one thread. Theirs is the flood of a graph that \
+         they are given; ours that of a mesh whose neighbours are known: costs of arcs, roots and floods. `perm` has vertices \
+         and cells in random order.",
     );
-    let tags = ["100k", "100k_perm"];
-    let only = [("PEERS", "scipy"), ("REPS", "3")];
+    let tags = ["100k", "100k_perm", "1m", "1m_perm"];
+    let only = [("PEERS", "scipy"), ("REPS", "2")];
     let figures = peers.python("1_flood/run8.py", &tags, &only)?;
     let columns = ["mesh, nodes", "who", "ms", "over ours"];
     let mut table = Table::new("Floods of 8 sources", columns);
@@ -125,7 +142,7 @@ fn beside_peers(findings: &mut Findings) -> Result<(), Failure> {
             };
             let points: Vec<_> = seeds.iter().map(place).collect();
             let weighting = along(targets, arcs, Cost::Length);
-            let ours = with_threads(1, || bind_grid(grid.clone(), &weighting, &points, 8))?;
+            let ours = with_threads(1, || flood_grid(grid.clone(), &weighting, &points))?;
             let what = format!("{tag}, {name}");
             table.row([
                 what.clone().into(),
@@ -157,6 +174,19 @@ pub(crate) fn tetrahedra() -> Grid {
 
 pub(crate) fn bind(weighting: &Weighting, points: usize, kept: usize) -> Result<Spread, Failure> {
     bind_grid(tetrahedra(), weighting, &scattered(points), kept)
+}
+
+/// All distances of a mesh whose neighbours are known.
+fn flood_grid(
+    grid: Grid,
+    weighting: &Weighting,
+    points: &[Vector3<f64>],
+) -> Result<Spread, Failure> {
+    let mapping = worlds::by(weighting.clone(), Filter::KeepK(8), Rule::WeightedMean);
+    let straight = worlds::mapping(Filter::KeepK(8), Rule::WeightedMean);
+    let rest = build(grid, points, straight)?.rest();
+    let mut flood = || drop(rest.distances(&mapping));
+    Ok(Spread::of(&by_turns(BUDGET, &mut [&mut flood])[0]))
 }
 
 fn bind_grid(

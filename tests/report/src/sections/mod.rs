@@ -14,21 +14,25 @@ mod precision;
 mod presets;
 mod rbf;
 mod scaling;
+mod threads;
 mod topology;
+mod ways;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 15] = [
+pub(crate) const ALL: [Section; 17] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
     fits::SECTION,
     flood::SECTION,
+    ways::SECTION,
     hard::SECTION,
     drift::SECTION,
     capture::SECTION,
     precision::SECTION,
     scaling::SECTION,
+    threads::SECTION,
     particles::SECTION,
     oriented::SECTION,
     elastic::SECTION,

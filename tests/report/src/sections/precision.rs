@@ -35,7 +35,8 @@ fn measure() -> Result<Findings, Failure> {
          moves as many bytes as the engine’s step: no loop over them is faster.",
     );
     findings.table(with_threads(1, times)?);
-    beside_peers(&mut findings)?;
+    let beside = beside_peers(&mut findings);
+    findings.peers(beside);
     findings.table(with_threads(1, far)?);
     Ok(findings)
 }

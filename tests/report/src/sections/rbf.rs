@@ -69,7 +69,8 @@ fn measure() -> Result<Findings, Failure> {
          binding takes longer.",
     );
     findings.plot(with_threads(1, knob)?);
-    beside_peers(&mut findings)?;
+    let beside = beside_peers(&mut findings);
+    findings.peers(beside);
     Ok(findings)
 }
 

@@ -15,6 +15,7 @@ fn measure() -> Result<Findings, Failure> {
     let mut findings = Findings::default();
     orders::measure(&mut findings)?;
     melt::scaling(&mut findings)?;
-    melt::beside_lammps(&mut findings)?;
+    let beside = melt::beside_lammps(&mut findings);
+    findings.peers(beside);
     Ok(findings)
 }
