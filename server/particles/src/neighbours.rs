@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::rows::{Rows, block_of, is_shared};
+use crate::rows::{Block, Rows, block_of, is_shared};
 
 /// Cells from the middle to either side; whoever is farther out shares the outermost, which costs time and nothing else.
 const CELLS: f64 = (1 << 20) as f64;
@@ -73,7 +73,7 @@ impl Neighbours {
             order: &order,
             places: &places,
         };
-        self.rows = finder.rows(&class)?;
+        finder.fill(&mut self.rows, &class)?;
         self.order = order;
         self.reference.extend_from_slice(position);
         Ok(())
@@ -161,43 +161,38 @@ struct Finder<'a> {
     places: &'a [Vector3<f64>],
 }
 
-/// The rows of some places: how many partners each has, and all of them.
-#[derive(Default)]
-struct Found {
-    counts: Vec<usize>,
-    partners: Vec<u32>,
-}
-
 impl Finder<'_> {
-    fn rows(
+    /// Finds the rows of both classes, in the memory of those before; none at all where there are too many pairs.
+    fn fill(
         &self,
+        rows: &mut [Rows<u32>; 2],
         class: &(impl Fn(u32, u32) -> Option<usize> + Sync),
-    ) -> Result<[Rows<u32>; 2], Crowded> {
+    ) -> Result<(), Crowded> {
         let places = self.places.len();
         let size = block_of(places);
-        let blocks = places.div_ceil(size);
-        let block = |block: usize| self.block(block * size..places.min((block + 1) * size), class);
-        let found: Result<Vec<[Found; 2]>, Crowded> = if is_shared(places) {
-            (0..blocks).into_par_iter().map(block).collect()
+        let [first, second] = rows.each_mut().map(|rows| rows.blocks_of(places));
+        let range = |block: usize| block * size..places.min((block + 1) * size);
+        let found = if is_shared(places) {
+            (first.par_iter_mut().zip(second).enumerate())
+                .try_for_each(|(i, (a, b))| self.block(range(i), [a, b], class))
         } else {
-            (0..blocks).map(block).collect()
+            let mut blocks = first.iter_mut().zip(second).enumerate();
+            blocks.try_for_each(|(i, (a, b))| self.block(range(i), [a, b], class))
         };
-        let mut parts: [Vec<Found>; 2] = Default::default();
-        for [first, second] in found? {
-            parts[0].push(first);
-            parts[1].push(second);
+        if found.is_err() {
+            *rows = Default::default();
         }
-        Ok(parts
-            .map(|parts| Rows::joined(parts.into_iter().map(|part| (part.counts, part.partners)))))
+        found
     }
 
-    /// The rows of a block of places.
+    /// Finds the rows of a block of places.
     fn block(
         &self,
         block: Range<usize>,
+        mut found: [&mut Block<u32>; 2],
         class: &impl Fn(u32, u32) -> Option<usize>,
-    ) -> Result<[Found; 2], Crowded> {
-        let mut found: [Found; 2] = Default::default();
+    ) -> Result<(), Crowded> {
+        let most = CROWD * block_of(self.places.len());
         let mut near = Vec::new();
         let first = self
             .cells
@@ -207,50 +202,52 @@ impl Finder<'_> {
                 break;
             }
             let around = self.around(*key);
+            near.resize(around.iter().map(Range::len).sum(), 0);
             for a in places.start.max(block.start)..places.end.min(block.end) {
-                near.clear();
+                let mut count = 0;
                 for cell in &around {
                     // A pair within the block stands in the row of its first end alone.
-                    self.pick(a, cell.start..cell.end.min(block.start), &mut near);
-                    self.pick(a, cell.start.max(a + 1)..cell.end, &mut near);
+                    let outside = cell.start..cell.end.min(block.start);
+                    count += self.pick(a, outside, &mut near[count..]);
+                    count += self.pick(a, cell.start.max(a + 1)..cell.end, &mut near[count..]);
                 }
-                for (of_class, Found { counts, partners }) in found.iter_mut().enumerate() {
-                    let before = partners.len();
-                    partners.extend(
-                        near.iter()
-                            .filter(|&&b| self.is_kept(a, b, of_class, class)),
-                    );
-                    counts.push(partners.len() - before);
-                    if partners.len() > CROWD * block_of(self.places.len()) {
+                for (of_class, found) in found.iter_mut().enumerate() {
+                    let near = near[..count].iter().copied();
+                    found.push_row(near.filter(|&b| self.is_kept(a, b, of_class, class)));
+                    if found.len() > most {
                         return Err(Crowded);
                     }
                 }
             }
         }
-        Ok(found)
+        Ok(())
     }
 
-    /// Adds those of some places that are near enough for one class or the other.
+    /// Writes those of some places that are near enough for one class or the other, and returns how many these are.
     ///
     /// Without a branch, which no processor would foresee: each place is written, and counted if it is near.
     #[inline]
-    fn pick(&self, a: usize, places: Range<usize>, near: &mut Vec<u32>) {
+    fn pick(&self, a: usize, places: Range<usize>, near: &mut [u32]) -> usize {
         if places.is_empty() {
-            return;
+            return 0;
         }
-        let square = self.squares[0].max(self.squares[1]);
+        let square = self.widest();
         let at = self.places[a];
-        let mut count = near.len();
-        near.resize(count + places.len(), 0);
         let first = u32::try_from(places.start).expect("particles are counted in 32 bits");
+        let mut count = 0;
         for (b, place) in (first..).zip(&self.places[places]) {
             near[count] = b;
             count += usize::from((place - at).norm_squared() < square);
         }
-        near.truncate(count);
+        count
+    }
+
+    fn widest(&self) -> f64 {
+        self.squares[0].max(self.squares[1])
     }
 
     /// Whether the row of a place has another, which is near enough for one class or the other, in a class.
+    #[inline]
     fn is_kept(
         &self,
         a: usize,
@@ -259,8 +256,10 @@ impl Finder<'_> {
         class: &impl Fn(u32, u32) -> Option<usize>,
     ) -> bool {
         let b = b as usize;
+        let square = self.squares[of_class];
+        let is_near = || (self.places[b] - self.places[a]).norm_squared() < square;
         class(self.order[a], self.order[b]) == Some(of_class)
-            && (self.places[b] - self.places[a]).norm_squared() < self.squares[of_class]
+            && (square == self.widest() || is_near())
     }
 
     /// The places in a cell and in the 26 around it.

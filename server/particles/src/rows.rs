@@ -57,11 +57,59 @@ impl Partner for u32 {
 /// A pair within a block of particles ([`block_of`]) stands in one row and serves both of its ends. A pair across blocks
 /// stands in the rows of both ends, so that no block writes into another: a little more arithmetic, but neither locks
 /// nor an order that depends on the threads.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Rows<P> {
-    /// Row i is `partners[start[i]..start[i + 1]]`.
-    start: Vec<usize>,
+    particles: usize,
+    blocks: Vec<Block<P>>,
+}
+
+impl<P> Default for Rows<P> {
+    fn default() -> Self {
+        Self {
+            particles: 0,
+            blocks: Vec::new(),
+        }
+    }
+}
+
+/// The rows of one block of particles.
+#[derive(Clone, Debug)]
+pub(crate) struct Block<P> {
+    /// Where each row ends.
+    ends: Vec<usize>,
     partners: Vec<P>,
+}
+
+impl<P: Copy> Block<P> {
+    const EMPTY: Self = Self {
+        ends: Vec::new(),
+        partners: Vec::new(),
+    };
+
+    /// Forgets all rows and keeps their memory.
+    pub(crate) fn clear(&mut self) {
+        self.ends.clear();
+        self.partners.clear();
+    }
+
+    pub(crate) fn push_row(&mut self, partners: impl Iterator<Item = P>) {
+        self.partners.extend(partners);
+        self.ends.push(self.partners.len());
+    }
+
+    /// Partners in all rows.
+    pub(crate) fn len(&self) -> usize {
+        self.partners.len()
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[P]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| {
+            let row = &self.partners[start..end];
+            start = end;
+            row
+        })
+    }
 }
 
 /// Whether a pair of so many particles stands in one row.
@@ -99,39 +147,37 @@ impl<P: Partner> Rows<P> {
                 *at += 1;
             }
         }
-        let partners = slots.into_iter().flatten().collect();
-        Self { start, partners }
-    }
-
-    /// Rows from those of consecutive blocks: how many partners each row has, and all partners.
-    pub(crate) fn joined(blocks: impl Iterator<Item = (Vec<usize>, Vec<P>)>) -> Self {
-        let mut rows = Self {
-            start: vec![0],
-            partners: Vec::new(),
-        };
-        let mut end = 0;
-        for (counts, mut partners) in blocks {
-            for count in counts {
-                end += count;
-                rows.start.push(end);
+        let mut rows = Self::default();
+        let size = block_of(particles);
+        for (i, block) in rows.blocks_of(particles).iter_mut().enumerate() {
+            for row in i * size..particles.min((i + 1) * size) {
+                block.push_row(slots[start[row]..start[row + 1]].iter().copied().flatten());
             }
-            rows.partners.append(&mut partners);
         }
         rows
     }
 
-    /// The pairs that a particle evaluates.
-    pub(crate) fn row(&self, i: usize) -> &[P] {
-        &self.partners[self.start[i]..self.start[i + 1]]
+    /// The blocks of `particles`, all without rows.
+    pub(crate) fn blocks_of(&mut self, particles: usize) -> &mut [Block<P>] {
+        self.particles = particles;
+        self.blocks.iter_mut().for_each(Block::clear);
+        let blocks = particles.div_ceil(block_of(particles));
+        self.blocks.resize(blocks, Block::EMPTY);
+        &mut self.blocks
+    }
+
+    /// The particles of the block that starts with `first`, and the pairs that each evaluates.
+    pub(crate) fn of_block(&self, first: usize) -> impl Iterator<Item = (usize, &[P])> {
+        (first..).zip(self.blocks[first / block_of(self.particles)].rows())
     }
 
     /// Every pair at each of its ends, in the order in which forces are summed.
     pub(crate) fn for_each_end(&self, mut visit: impl FnMut(usize, usize, P)) {
-        let particles = self.start.len().saturating_sub(1);
-        for i in 0..particles {
-            for &p in self.row(i) {
+        let rows = self.blocks.iter().flat_map(Block::rows);
+        for (i, row) in rows.enumerate() {
+            for &p in row {
                 visit(i, p.other(), p);
-                if is_inside(particles, i, p.other()) {
+                if is_inside(self.particles, i, p.other()) {
                     visit(p.other(), i, p);
                 }
             }
@@ -154,9 +200,9 @@ impl<P: Partner> Rows<P> {
         push: impl Fn(usize, P) -> Vector3<f64> + Sync,
     ) {
         for_each_block(force, |first, force| {
-            for i in first..first + force.len() {
+            for (i, row) in self.of_block(first) {
                 let mut own = Vector3::zeros();
-                for &p in self.row(i) {
+                for &p in row {
                     let push = push(i, p);
                     own -= push;
                     // A partner of another block has its own row.
@@ -178,9 +224,9 @@ impl Rows<u32> {
         load: impl Fn(usize, usize) -> PairLoad + Sync,
     ) {
         for_each_block(loads, |first, loads| {
-            for a in first..first + loads.len() {
+            for (a, row) in self.of_block(first) {
                 let [mut force, mut torque] = [Vector3::zeros(); 2];
-                for &b in self.row(a) {
+                for &b in row {
                     let b = b as usize;
                     let PairLoad { push, torques } = load(a, b);
                     force -= push;

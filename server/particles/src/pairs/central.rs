@@ -90,9 +90,9 @@ pub(super) fn add_radial<L: RadialLaw>(
 ) {
     for_each_block(force, |first, force| {
         let mut near = Near::new();
-        for a in first..first + force.len() {
+        for (a, row) in rows.of_block(first) {
             let mut own = Vector3::zeros();
-            for row in rows.row(a).chunks(BATCH) {
+            for row in row.chunks(BATCH) {
                 for (b, push) in near.pushes(law, position, a, row) {
                     own -= push;
                     // A partner of another block has its own row.
