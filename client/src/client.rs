@@ -192,6 +192,18 @@ impl Client {
         Ok(self.sessions().explain(request).await?.into_inner())
     }
 
+    /// Reads places and forces of modules of the particles that the server simulates.
+    ///
+    /// # Errors
+    /// `NOT_FOUND`, `INVALID_ARGUMENT` for modules that are not there or too many, `FAILED_PRECONDITION` where a client
+    /// streams the points.
+    pub async fn read_modules(
+        &self,
+        request: v1::ReadModulesRequest,
+    ) -> Result<v1::Modules, ClientError> {
+        Ok(self.sessions().read_modules(request).await?.into_inner())
+    }
+
     /// Uploads a grid.
     ///
     /// # Errors

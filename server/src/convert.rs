@@ -3,6 +3,7 @@
 
 mod elastic;
 mod mapping;
+mod modules;
 mod particles;
 mod rule;
 
@@ -24,6 +25,7 @@ const TITLE: usize = 200;
 
 use elastic::elastic;
 pub(crate) use mapping::mapping;
+pub(crate) use modules::selection;
 use particles::{mass_spring, particles};
 
 type Result<T, E = ServiceError> = std::result::Result<T, E>;
@@ -94,6 +96,9 @@ pub(crate) fn scene(scene: v1::Scene, assets: &Assets) -> Result<(engine::Scene,
             v1::UpAxis::Y => engine::UpAxis::Y,
             v1::UpAxis::Unspecified | v1::UpAxis::Z => engine::UpAxis::Z,
         },
+        probes: (scene.probes.into_iter().enumerate())
+            .map(|(i, given)| modules::probe(i, given))
+            .collect::<Result<_>>()?,
     };
     Ok((scene, drive))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use sinew_engine::{RemapError, SceneError};
+use sinew_engine::{ReadError, RemapError, SceneError};
 
 use crate::end::{End, Fault};
 
@@ -53,6 +53,8 @@ pub(crate) enum ServiceError {
         "the session makes its own motion; only scenes with motion.external take positions, others take drags"
     )]
     MotionNotExternal,
+    #[error("{0}")]
+    MotionExternal(ReadError),
     #[error(
         "another source streams to this session; end that stream first, or take over by a higher stream_epoch"
     )]
@@ -114,6 +116,15 @@ impl From<RemapError> for ServiceError {
             }),
             RemapError::Blending { .. } => Self::MappingBlending(error),
             RemapError::Outdated => Self::MeshChanged,
+        }
+    }
+}
+
+impl From<ReadError> for ServiceError {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::External => Self::MotionExternal(error),
+            ReadError::Refused(refused) => Self::Invalid(refused),
         }
     }
 }

@@ -1,9 +1,13 @@
 //! One session: an actor task that owns the world until the session ends, and the handle by which
 //! everyone else speaks to it.
 
+mod looks;
+
 use std::sync::Arc;
 
-use sinew_engine::{Drag, EditError, Edited, Explanation, Frame, Rest, StepError, World};
+use sinew_engine::{
+    Drag, EditError, Edited, Explanation, Frame, Modules, Rest, Selection, StepError, World,
+};
 use sinew_proto::v1;
 use sinew_viewer::{Publisher, Shown};
 use tokio::{
@@ -15,7 +19,7 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 use crate::{
     change::{Edit, Effect, Remap},
     end::{End, Fault},
-    error::{ServiceError, invalid},
+    error::ServiceError,
     given,
     inbox::{Arrival, Due, Inbox, Input, Progress},
     kernels::Kernels,
@@ -56,6 +60,10 @@ enum Command {
     Explain {
         vertex: u32,
         reply: Reply<Explanation>,
+    },
+    Read {
+        selection: Selection,
+        reply: Reply<Modules>,
     },
     Edit {
         edit: Edit,
@@ -154,6 +162,11 @@ impl Handle {
         self.send(|reply| Command::Explain { vertex, reply }).await
     }
 
+    /// Asks for places and forces of modules.
+    pub(crate) async fn read_modules(&self, selection: Selection) -> Result<Modules, ServiceError> {
+        self.send(|reply| Command::Read { selection, reply }).await
+    }
+
     /// Asks for a change of the mesh.
     pub(crate) async fn edit(&self, edit: Edit) -> Result<Edited, ServiceError> {
         self.send(|reply| Command::Edit { edit, reply }).await
@@ -207,6 +220,9 @@ impl Actor {
                         }
                         Some(Command::Explain { vertex, reply }) => {
                             reply.send(self.explain(vertex).await).ok();
+                        }
+                        Some(Command::Read { selection, reply }) => {
+                            reply.send(self.read_modules(selection).await).ok();
                         }
                         Some(Command::Edit { edit, reply }) => {
                             reply.send(self.edit(edit).await).ok();
@@ -341,16 +357,6 @@ impl Actor {
             }
             Err(error) => Err(ServiceError::Uneditable(error.to_string())),
         }
-    }
-
-    async fn explain(&mut self, vertex: u32) -> Result<Explanation, ServiceError> {
-        let explained = self.lend(move |world| world.explain(vertex as usize)).await;
-        explained.ok_or_else(|| self.lost())?.ok_or_else(|| {
-            let count = self.last.vertices.len();
-            let problem = format!("is {vertex}, and the mesh has {count} vertices");
-            let remedy = "give the index of one, from 0";
-            invalid("INDEX_OUT_OF_RANGE", "vertex", problem, remedy)
-        })
     }
 
     /// Lends the world to a kernel thread. Nothing comes of it where the world is gone, or where a panic there ends the

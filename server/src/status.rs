@@ -55,6 +55,7 @@ fn code_and_reason(error: &ServiceError) -> (Code, &str) {
         E::MeshChanged => (Code::Aborted, "MESH_CHANGED"),
         E::MotionStarved { .. } => (Code::FailedPrecondition, "MOTION_STARVED"),
         E::MotionNotExternal => (Code::FailedPrecondition, "MOTION_NOT_EXTERNAL"),
+        E::MotionExternal(_) => (Code::FailedPrecondition, "MOTION_EXTERNAL"),
         E::MotionSourceBusy => (Code::FailedPrecondition, "MOTION_SOURCE_BUSY"),
         E::MotionEpochStale { .. } => (Code::FailedPrecondition, "MOTION_EPOCH_STALE"),
         E::MotionSuperseded => (Code::Aborted, "MOTION_SUPERSEDED"),

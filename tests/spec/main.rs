@@ -12,6 +12,7 @@ mod floods;
 mod http;
 mod lifecycle;
 mod mappings;
+mod modules;
 mod motion;
 mod motion_door;
 mod motion_live;

@@ -9,14 +9,14 @@ use sinew_tests::{TestServer, live, refused, scenes};
 use tonic::Code;
 
 /// A scene of the repository.
-fn scene(name: &str) -> Scene {
+pub(crate) fn scene(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/scenes/particles");
     let text = fs::read_to_string(folder.join(name).with_extension("toml")).unwrap();
     toml::from_str(&text).unwrap()
 }
 
 /// Points, m, of a frame.
-fn points(frame: &Frame) -> Vec<[f64; 3]> {
+pub(crate) fn points(frame: &Frame) -> Vec<[f64; 3]> {
     let numbers = frame.points.as_ref().unwrap().unpack().unwrap();
     numbers.as_chunks::<3>().0.to_vec()
 }
@@ -226,7 +226,7 @@ fn bodies_of_a_surface_have_its_normals_and_what_is_none_is_refused() {
     });
 }
 
-fn given(scene: &mut Scene) -> &mut Particles {
+pub(crate) fn given(scene: &mut Scene) -> &mut Particles {
     match &mut scene.motion.as_mut().unwrap().source {
         Some(motion::Source::Particles(particles)) => particles,
         other => panic!("{other:?}"),

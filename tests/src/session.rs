@@ -109,6 +109,17 @@ impl TestSession {
         answer.map(tonic::Response::into_inner).map_err(Refusal::of)
     }
 
+    /// Reads modules; the request's name is filled in.
+    pub async fn read_modules(
+        &self,
+        request: v1::ReadModulesRequest,
+    ) -> Result<v1::Modules, Refusal> {
+        let name = self.name.clone();
+        let request = v1::ReadModulesRequest { name, ..request };
+        let answer = self.sessions().read_modules(request).await;
+        answer.map(tonic::Response::into_inner).map_err(Refusal::of)
+    }
+
     /// Ends it.
     pub async fn delete(&self) -> Result<(), Refusal> {
         let name = self.name.clone();

@@ -74,6 +74,7 @@ fn scene(cubes: usize, rest: &[Vector3<f64>], metric: Metric, rule: Rule) -> Sce
         rules: vec![watched],
         time_step: 0.01,
         up: UpAxis::Z,
+        probes: Vec::new(),
     }
 }
 

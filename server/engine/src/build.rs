@@ -10,6 +10,7 @@ use sinew_tearing::Body;
 
 use crate::{
     frame::{Frame, Layout, PointState},
+    modules,
     particles::{Form, system_points},
     rest::Rest,
     rule::Action,
@@ -52,14 +53,11 @@ impl World {
             rules,
             time_step,
             up: _,
+            probes,
         } = scene;
         check_time_step(time_step)?;
-        let mut points = match motion {
-            Motion::External(points) => external(points, time_step)?,
-            Motion::MassSpring(spec) => system_points(*spec, Form::MassSpring, time_step)?,
-            Motion::Elastic(spec) => system_points(*spec, Form::Elastic, time_step)?,
-            Motion::Particles(spec) => system_points(*spec, Form::Particles, time_step)?,
-        };
+        let mut points = moving(motion, time_step)?;
+        let (probes, readings) = modules::find(&probes, &points.source)?;
         let grid = mesh_grid(mesh, &mut points)?;
         let acts = rules.iter().any(|rule| rule.action != Action::Report);
         let (grid, topology) = match acts {
@@ -98,10 +96,12 @@ impl World {
             doubts: Vec::new(),
             vertices: rest.vertices.clone(),
             measures: Vec::new(),
+            readings,
             change: None,
         };
         Ok(World {
             source: points.source,
+            probes,
             rest: Arc::new(rest),
             bound,
             blend: None,
@@ -114,6 +114,15 @@ impl World {
             frame: Arc::new(frame),
             retired: Vec::new(),
         })
+    }
+}
+
+fn moving(motion: Motion, time_step: f64) -> Result<Points, SceneError> {
+    match motion {
+        Motion::External(points) => external(points, time_step),
+        Motion::MassSpring(spec) => system_points(*spec, Form::MassSpring, time_step),
+        Motion::Elastic(spec) => system_points(*spec, Form::Elastic, time_step),
+        Motion::Particles(spec) => system_points(*spec, Form::Particles, time_step),
     }
 }
 

@@ -63,6 +63,8 @@ pub struct Frame {
     pub vertices: Vec<Vector3<f64>>,
     /// What each rule measured at this step; without rules, and where a rule measured nothing, nothing.
     pub measures: Vec<Measured>,
+    /// Of each probe of the scene, in order: a particle's position, m, or a link's force on its second end, N.
+    pub readings: Vec<Vector3<f64>>,
     /// What this step did to the mesh beside moving it; `None` in the ordinary case.
     pub change: Option<Arc<Change>>,
 }

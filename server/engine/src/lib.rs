@@ -9,6 +9,7 @@ mod digest;
 mod explain;
 mod frame;
 mod gauge;
+mod modules;
 mod particles;
 mod refusal;
 mod rest;
@@ -22,12 +23,13 @@ mod world;
 pub use change::{Change, Event, EventKind};
 pub use explain::{Cluster, Explanation, Influence};
 pub use frame::{Doubt, Frame, Layout, Measured, PointState};
+pub use modules::{LinkModules, LinkSelection, Modules, ReadError, Selection};
 pub use rest::{Bound, Rest};
 pub use rule::{Action, Limits, Measure, Pairs, Region, Strain, TopologyRule};
 pub use scene::{
     Bone, CellShape, Cost, Dimension, ExternalPoints, Fill, Filter, Fit, FitWeights, Geodesics,
-    Kernel, Lattice, Mapping, MeshSource, Metric, Motion, MotionSample, MovingFit, Paths,
-    Polynomial, Preset, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, Scene,
+    Kernel, Lattice, Mapping, MeshSource, Metric, Module, Motion, MotionSample, MovingFit, Paths,
+    Polynomial, Preset, Probe, RadialBasis, RadialFunction, Recipe, Reference, Roots, Rule, Scene,
     SceneError, ShapeMatching, Start, Tracking, UpAxis, Weighting,
 };
 pub use sinew_capture::{Buffer, Clock, Delay, Exchange, Verdict};

@@ -28,6 +28,31 @@ pub struct Scene {
     pub time_step: f64,
     /// Which axis points up.
     pub up: UpAxis,
+    /// What is read at every step.
+    pub probes: Vec<Probe>,
+}
+
+/// A module of the simulated particles that is read at every step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Probe {
+    /// Shown to people.
+    pub name: String,
+    /// Which.
+    pub module: Module,
+}
+
+/// A part of a network that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Module {
+    /// A particle, by index.
+    Particle(u32),
+    /// A link.
+    Link {
+        /// Its batch, by index.
+        batch: u32,
+        /// Its index in the batch.
+        link: u32,
+    },
 }
 
 /// How the points drive the mesh.

@@ -10,6 +10,7 @@ use crate::{
     blend::Blend,
     digest::Digest,
     frame::{Doubt, Frame, Layout},
+    modules,
     rest::{Bound, Rest},
     rules::{Rules, Step},
     scene::MotionSample,
@@ -88,6 +89,8 @@ pub struct Drag {
 #[derive(Debug)]
 pub struct World {
     pub(crate) source: Source,
+    /// What is read at every step.
+    pub(crate) probes: Vec<modules::Found>,
     pub(crate) rest: Arc<Rest>,
     pub(crate) bound: Bound,
     /// Where the mesh comes from, while it moves over to `bound`.
@@ -135,6 +138,7 @@ impl World {
                     .copy_from_slice(system.orientations().unwrap_or_default());
             }
         }
+        modules::read_all(&self.probes, &self.source, &mut next.readings);
         self.blend = self.blend.take().filter(|blend| time < blend.end());
         self.pose(&mut next)?;
         self.act(&mut next)?;
@@ -353,6 +357,7 @@ impl World {
             doubts: _,
             vertices,
             measures: _,
+            readings: _,
             change: _,
         } = &*self.frame;
         let Layout {

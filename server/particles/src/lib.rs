@@ -69,5 +69,5 @@ pub use solid::{
 };
 pub use spec::{Driven, ExternalForce, FrameSpec, Integrator, Stepping, SystemSpec};
 pub use surface::{Surface, surface};
-pub use system::System;
+pub use system::{Link, System};
 pub use track::Track;

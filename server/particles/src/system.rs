@@ -3,9 +3,17 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::{
     Diverged, Fault, Integrator, Solid, SpecError, Stepping, SystemSpec, check,
     integrate::Workspace,
+    links::Batch,
     model::Model,
     state::{Loads, State},
 };
+
+/// A link of a [`System`], found once to be read at every step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    batch: usize,
+    place: usize,
+}
 
 /// Particles and what acts between and on them.
 ///
@@ -124,13 +132,39 @@ impl System {
     }
 
     /// What acts on each particle now, save for gravity: forces, N, and torques, N m, world frame; no torques without
-    /// orientations.
+    /// orientations. What a fixed particle is held against is minus this and its weight.
+    ///
+    /// Changes nothing: it works on a copy of all that acts, since pairs found anew would be summed in another order.
     #[must_use]
-    pub fn loads(&mut self) -> [Vec<Vector3<f64>>; 2] {
+    pub fn loads(&self) -> [Vec<Vector3<f64>>; 2] {
+        let mut model = self.model.clone();
         let mut loads = Loads::default();
-        self.model.loads(&self.state, self.time, &mut loads);
-        self.model.add_drag(&self.state, &mut loads);
+        model.loads(&self.state, self.time, &mut loads);
+        model.add_drag(&self.state, &mut loads);
         [loads.force, loads.torque]
+    }
+
+    /// How many links each batch has.
+    #[must_use]
+    pub fn link_counts(&self) -> Vec<usize> {
+        self.model.links.iter().map(Batch::len).collect()
+    }
+
+    /// Finds a link by its batch and its index there, in time linear in the batch; `None` where there is none.
+    #[must_use]
+    pub fn link(&self, batch: u32, index: u32) -> Option<Link> {
+        let batch = batch as usize;
+        let place = self.model.links.get(batch)?.place(index)?;
+        Some(Link { batch, place })
+    }
+
+    /// The force of a link on its second end, N; its opposite acts on the first.
+    ///
+    /// # Panics
+    /// If the link is another system's and there is no such link here.
+    #[must_use]
+    pub fn link_force(&self, Link { batch, place }: Link) -> Vector3<f64> {
+        self.model.links[batch].force(place, &self.state)
     }
 
     /// The force of each link of a batch on its second end, N; its opposite acts on the first.
@@ -140,6 +174,15 @@ impl System {
     #[must_use]
     pub fn link_forces(&self, batch: usize) -> Vec<Vector3<f64>> {
         self.model.links[batch].forces(&self.state)
+    }
+
+    /// The two particles of each link of a batch.
+    ///
+    /// # Panics
+    /// If there is no such batch.
+    #[must_use]
+    pub fn link_ends(&self, batch: usize) -> Vec<[u32; 2]> {
+        self.model.links[batch].ends()
     }
 
     /// Which links of a batch are broken; empty where they cannot break.

@@ -3,7 +3,7 @@
 use sinew_engine::{Doubt, Layout};
 use sinew_proto::v1;
 
-use super::{mesh::Wanted, session::count};
+use super::{mesh::Wanted, modules::vectors, session::count};
 use crate::{facts::Turn, outlets::Published, registry::Entry, timing::now_nanos};
 
 impl Wanted {
@@ -52,6 +52,8 @@ impl Wanted {
             }),
             event_sequence: published.event_sequence,
             measures: measures.collect(),
+            readings: (!frame.readings.is_empty())
+                .then(|| vectors(&frame.readings, self.precision)),
             point_doubts: match self.points {
                 true => frame.doubts.iter().map(doubt).collect(),
                 false => Vec::new(),

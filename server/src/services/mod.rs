@@ -5,6 +5,7 @@ mod edit;
 mod frames;
 mod mapping;
 mod mesh;
+mod modules;
 mod motion;
 mod page;
 mod reader;

@@ -130,6 +130,14 @@ impl SessionService for Shared {
             &entry.labels,
         )))
     }
+
+    async fn read_modules(
+        &self,
+        request: Request<v1::ReadModulesRequest>,
+    ) -> Result<Response<v1::Modules>, Status> {
+        let modules = Shared::read_modules(self, request.into_inner()).await?;
+        Ok(Response::new(modules))
+    }
 }
 
 impl Shared {
@@ -142,15 +150,7 @@ impl Shared {
             validate_only,
             run,
         } = request;
-        if request_id.len() > 128 {
-            let problem = format!("has {} bytes", request_id.len());
-            return Err(invalid(
-                "REQUEST_ID_TOO_LONG",
-                "request_id",
-                problem,
-                "use at most 128",
-            ));
-        }
+        check_request_id(&request_id)?;
         let name = session_name(&session_id, hash)?;
         if validate_only {
             let built = self.build(scene).await?;
@@ -166,6 +166,7 @@ impl Shared {
             drive,
             title,
             labels,
+            probes,
             up,
         } = self.build(scene).await?;
         let warnings = world.warnings().to_vec();
@@ -174,6 +175,7 @@ impl Shared {
             id: name.trim_start_matches("sessions/").to_owned(),
             title: title.clone(),
             labels: labels.clone(),
+            probes,
             up,
         });
         let publisher = publisher.map_err(|error| ServiceError::Internal(error.to_string()))?;
@@ -216,6 +218,11 @@ impl Shared {
                 drive,
                 title: scene.title.clone(),
                 labels: scene.motion.labels(),
+                probes: scene
+                    .probes
+                    .iter()
+                    .map(|probe| probe.name.clone())
+                    .collect(),
                 up: scene.up,
                 world: World::build(scene)?,
             })
@@ -266,7 +273,21 @@ struct Built {
     drive: Drive,
     title: String,
     labels: Vec<String>,
+    probes: Vec<String>,
     up: UpAxis,
+}
+
+fn check_request_id(id: &str) -> Result<(), ServiceError> {
+    if id.len() <= 128 {
+        return Ok(());
+    }
+    let problem = format!("has {} bytes", id.len());
+    Err(invalid(
+        "REQUEST_ID_TOO_LONG",
+        "request_id",
+        problem,
+        "use at most 128",
+    ))
 }
 
 /// `sessions/{id}`; an id of the server's making where the client gave none.

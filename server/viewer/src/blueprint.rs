@@ -15,8 +15,8 @@ use re_sdk_types::components::{Color, Name};
 
 use crate::EncodeError;
 use crate::recorder::{
-    APPLICATION, EVENTS, EXTENT, FRACTURE, LATENCY_MS, MEASURES, MESH, PLACES, POINTS, STEP,
-    STEP_MS,
+    APPLICATION, EVENTS, EXTENT, FRACTURE, LATENCY_MS, MEASURES, MESH, PLACES, POINTS, READINGS,
+    STEP, STEP_MS,
 };
 use crate::recording::Message;
 
@@ -91,9 +91,10 @@ fn layout() -> Blueprint {
         TimeSeriesView::new(name).with_origin(entity).into()
     };
     let times = Tabs::new([plot("Step, ms", STEP_MS), plot("Latency, ms", LATENCY_MS)]);
+    let read = Tabs::new([plot("Measures", MEASURES), plot("Readings", READINGS)]);
     let aside: [ContainerLike; 4] = [
         points.into(),
-        plot("Measures", MEASURES),
+        read.into(),
         TextLogView::new("Events").with_origin(EVENTS).into(),
         times.into(),
     ];

@@ -79,6 +79,8 @@ pub struct SessionInfo {
     pub title: String,
     /// One per point.
     pub labels: Vec<String>,
+    /// Names of what frames hold readings of, in order.
+    pub probes: Vec<String>,
     /// Which axis points up.
     pub up: UpAxis,
 }

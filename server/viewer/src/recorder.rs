@@ -32,6 +32,8 @@ pub(crate) const EVENTS: &str = "/events";
 pub(crate) const PLACES: &str = "/events/places";
 /// What the rules measure, and their thresholds.
 pub(crate) const MEASURES: &str = "/plots/measures";
+/// What the scene's probes read.
+pub(crate) const READINGS: &str = "/plots/readings";
 /// Invisible; what the eye follows.
 pub(crate) const EXTENT: &str = "/extent";
 pub(crate) const STEP_MS: &str = "/plots/step_ms";
@@ -57,6 +59,7 @@ const UNTOLD: usize = 256;
 pub(crate) struct Recorder {
     store: StoreId,
     labels: Vec<String>,
+    probes: Vec<String>,
     drawn: Option<Drawn>,
     generation: u64,
     normals: Vec<[f32; 3]>,
@@ -135,6 +138,7 @@ impl Recorder {
         Self {
             store: StoreId::recording(APPLICATION, name),
             labels: session.labels.clone(),
+            probes: session.probes.clone(),
             drawn: None,
             generation: 0,
             normals: Vec::new(),
@@ -219,6 +223,9 @@ impl Recorder {
         }
         for measured in &frame.measures {
             plots.push(self.measured(&at, measured)?);
+        }
+        for (index, (name, reading)) in self.probes.iter().zip(&frame.readings).enumerate() {
+            plots.push(self.reading(&at, index, name, reading)?);
         }
         for happening in std::mem::take(&mut self.untold) {
             plots.extend(happening.messages(&self.store)?);
@@ -312,6 +319,20 @@ impl Recorder {
         let mut batches = Scalars::new([greatest, threshold]).as_serialized_batches();
         batches.extend(lines.as_serialized_batches());
         self.row(format!("{MEASURES}/{rule}"), at, batches)
+    }
+
+    /// A vector, with its names: a reader may come at any step.
+    fn reading(
+        &self,
+        at: &TimePoint,
+        index: usize,
+        name: &str,
+        reading: &Vector3<f64>,
+    ) -> Result<Message, EncodeError> {
+        let names = ["x", "y", "z"].map(|axis| format!("{name} {axis}"));
+        let mut batches = Scalars::new([reading.x, reading.y, reading.z]).as_serialized_batches();
+        batches.extend(SeriesLines::new().with_names(names).as_serialized_batches());
+        self.row(format!("{READINGS}/{index}"), at, batches)
     }
 
     fn fixed(

@@ -10,7 +10,7 @@ use re_log_encoding::DecoderApp;
 use re_sdk::external::re_log_types::LogMsg;
 use re_sdk::log::Chunk;
 use re_sdk::{StoreKind, TimelineName};
-use sinew_viewer::{Config, OpenError, Viewer};
+use sinew_viewer::{Config, OpenError, SessionInfo, Viewer};
 use support::Bar;
 
 mod support;
@@ -28,10 +28,16 @@ fn recording_into(folder: &std::path::Path) -> Viewer {
 fn a_file_holds_every_step_that_was_taken_up_to_the_last_one() {
     let folder = tempfile::tempdir().unwrap();
     let viewer = recording_into(folder.path());
-    let publisher = viewer.open(&support::session("bar")).unwrap();
+    let publisher = viewer.open(&SessionInfo {
+        probes: vec!["end".to_owned()],
+        ..support::session("bar")
+    });
+    let publisher = publisher.unwrap();
     let bar = Bar::new(6, 20);
     for step in 0..300 {
-        publisher.publish(support::shown(bar.at(step)));
+        let mut frame = bar.at(step);
+        frame.readings = vec![frame.points[0]];
+        publisher.publish(support::shown(frame));
     }
     let replaced = usize::try_from(publisher.replaced()).unwrap();
     drop(publisher);
@@ -59,6 +65,7 @@ fn a_file_holds_every_step_that_was_taken_up_to_the_last_one() {
     assert!(has_blueprint);
     let taken = 300 - replaced;
     assert_eq!((rows["/mesh"], rows["/points"]), (taken, taken));
+    assert_eq!(rows["/plots/readings/0"], taken);
     // One static row more: the line's name and colour.
     assert_eq!(
         (rows["/plots/step_ms"], rows["/plots/latency_ms"]),

@@ -41,6 +41,7 @@ pub(crate) fn scene(grid: Grid, rest: &[Vector3<f64>], mapping: Mapping) -> Scen
         rules: Vec::new(),
         time_step: 0.01,
         up: UpAxis::Z,
+        probes: Vec::new(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod assets;
 mod commands;
+mod links;
 mod meshes;
 mod messages;
 mod motion;

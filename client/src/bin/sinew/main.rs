@@ -12,6 +12,7 @@ mod events;
 mod explain;
 mod inspect;
 mod latency;
+mod modules;
 mod out;
 mod percentiles;
 mod progress;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use sinew_client::{Client, load_mapping};
-use sinew_proto::v1::{Session, SessionState, StepRequest, UpdateMappingRequest};
+use sinew_proto::v1::{LinkSelection, Session, SessionState, StepRequest, UpdateMappingRequest};
 
 use crate::out::{put, say};
 use crate::{
@@ -12,6 +12,7 @@ use crate::{
     connection::{Connection, session_name},
     edit, events,
     explain::explained,
+    modules,
     table::{Table, count},
 };
 
@@ -23,6 +24,7 @@ use crate::{
   sinew sessions step walk --steps 10
   sinew sessions remap walk --mapping soft.toml --blend 0.5
   sinew sessions explain walk 42
+  sinew sessions read chain --links 0
   sinew sessions events walk
   sinew sessions edit walk cut.json
   sinew sessions delete walk")]
@@ -95,6 +97,21 @@ soft.toml:  filter.keep.k = 12
         session: String,
         /// The vertex, by index.
         vertex: u32,
+    },
+    /// Reads simulated particles and links: where they are and what acts on them.
+    #[command(after_help = "Examples:
+  sinew sessions read chain                           all particles and links
+  sinew sessions read chain --links 0                 the links of batch 0
+  sinew sessions read chain --links 0:0,3 --particles 0,7")]
+    Read {
+        /// The session.
+        session: String,
+        /// Particles, by index.
+        #[arg(long, value_name = "INDEX", value_delimiter = ',')]
+        particles: Vec<u32>,
+        /// Links: a batch of the scene's `links`, and after a colon those of it, by index; can be repeated.
+        #[arg(long, value_name = "BATCH[:INDEX,…]", value_parser = modules::links)]
+        links: Vec<LinkSelection>,
     },
     /// Lists what happened to a session's mesh: tears, glueings, fragments.
     #[command(after_help = "Examples:
@@ -169,17 +186,18 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
                 blend_seconds: blend,
                 ..UpdateMappingRequest::default()
             };
-            let session = client.update_mapping(request).await?;
-            say!(
-                "{} has a new mapping from step {} on, etag {}",
-                session.name,
-                session.step,
-                session.etag
-            );
+            remap(&client, request).await?;
         }
         Some(Command::Explain { session, vertex }) => {
             let explanation = client.explain(&session_name(&session), vertex).await?;
             put!("{}", explained(&explanation));
+        }
+        Some(Command::Read {
+            session,
+            particles,
+            links,
+        }) => {
+            modules::read(&client, session_name(&session), &particles, links).await?;
         }
         Some(Command::Events { session, after }) => {
             events::list(&client, session_name(&session), after).await?;
@@ -197,6 +215,17 @@ pub(crate) async fn sessions(arguments: Arguments) -> Result<(), Failure> {
             say!("{name} is deleted");
         }
     }
+    Ok(())
+}
+
+async fn remap(client: &Client, request: UpdateMappingRequest) -> Result<(), Failure> {
+    let session = client.update_mapping(request).await?;
+    say!(
+        "{} has a new mapping from step {} on, etag {}",
+        session.name,
+        session.step,
+        session.etag
+    );
     Ok(())
 }
 

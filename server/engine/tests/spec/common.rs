@@ -64,6 +64,7 @@ pub(crate) fn bar(n: usize, rule: Rule, rules: Vec<TopologyRule>) -> Scene {
         rules,
         time_step: DT,
         up: UpAxis::Z,
+        probes: Vec::new(),
     }
 }
 

@@ -45,6 +45,7 @@ fn world() -> World {
         rules: Vec::new(),
         time_step: DT,
         up: UpAxis::Z,
+        probes: Vec::new(),
     })
     .expect("the scene is good")
 }

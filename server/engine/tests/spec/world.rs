@@ -50,6 +50,7 @@ fn scene(motion: Motion, mesh: MeshSource, rule: Rule) -> Scene {
         rules: Vec::new(),
         time_step: 0.01,
         up: UpAxis::Z,
+        probes: Vec::new(),
     }
 }
 

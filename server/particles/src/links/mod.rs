@@ -149,23 +149,47 @@ impl Batch {
         }
     }
 
-    /// The force of each link on its second end, N, in the order of the specification.
-    pub(crate) fn forces(&self, state: &State) -> Vec<Vector3<f64>> {
+    /// How many links there are.
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Where a link of the specification stands here.
+    pub(crate) fn place(&self, link: u32) -> Option<usize> {
+        self.given.iter().position(|&given| given == link)
+    }
+
+    /// The force of the link at a place on its second end, N.
+    pub(crate) fn force(&self, place: usize, state: &State) -> Vector3<f64> {
         let motion = Motion::of(state);
-        let mut forces = vec![Vector3::zeros(); self.ends.len()];
-        let links = self.ends.iter().zip(&self.entries).zip(&self.given);
-        for ((&[a, b], &link), &given) in links {
-            let (a, b, link) = (a as usize, b as usize, link as usize);
-            forces[given as usize] = match &self.law {
-                Law::Springs(law) => axial_push(law, link, a, b, motion),
-                Law::Contacts(law) => axial_push(law, link, a, b, motion),
-                Law::Breaking(law) => axial_push(law, link, a, b, motion),
-                Law::Plastic(law) => axial_push(law, link, a, b, motion),
-                Law::Table(law) => axial_push(law, link, a, b, motion),
-                Law::Friction(law) => law.force(link, state.position[b] - state.position[a]),
-            };
+        let [a, b] = self.ends[place].map(|end| end as usize);
+        let entry = self.entries[place] as usize;
+        match &self.law {
+            Law::Springs(law) => axial_push(law, entry, a, b, motion),
+            Law::Contacts(law) => axial_push(law, entry, a, b, motion),
+            Law::Breaking(law) => axial_push(law, entry, a, b, motion),
+            Law::Plastic(law) => axial_push(law, entry, a, b, motion),
+            Law::Table(law) => axial_push(law, entry, a, b, motion),
+            Law::Friction(law) => law.force(entry, state.position[b] - state.position[a]),
         }
-        forces
+    }
+
+    /// The force of each link, as [`Batch::force`], in the order of the specification.
+    pub(crate) fn forces(&self, state: &State) -> Vec<Vector3<f64>> {
+        self.as_given(|place| self.force(place, state))
+    }
+
+    /// The ends of each link, in the order of the specification.
+    pub(crate) fn ends(&self) -> Vec<[u32; 2]> {
+        self.as_given(|place| self.ends[place])
+    }
+
+    fn as_given<T: Default + Clone>(&self, at: impl Fn(usize) -> T) -> Vec<T> {
+        let mut column = vec![T::default(); self.given.len()];
+        for (place, &given) in self.given.iter().enumerate() {
+            column[given as usize] = at(place);
+        }
+        column
     }
 
     /// Which links are broken, in the order of the specification; empty where the law does not break.
@@ -173,11 +197,7 @@ impl Batch {
         let Law::Breaking(law) = &self.law else {
             return Vec::new();
         };
-        let mut broken = vec![false; self.ends.len()];
-        for (elongation, &given) in law.elongation.iter().zip(&self.given) {
-            broken[given as usize] = *elongation == f64::NEG_INFINITY;
-        }
-        broken
+        self.as_given(|place| law.elongation[place] == f64::NEG_INFINITY)
     }
 
     /// Takes note of the lengths at the end of a step: what breaks, flows or slips.

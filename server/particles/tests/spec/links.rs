@@ -54,7 +54,7 @@ fn each_link_pulls_by_its_own_constants_be_they_few_or_many() {
     for many in [false, true] {
         let links = 2_000;
         let column = |k: usize| (0..links).map(|link| constants(link, many)[k]).collect();
-        let mut system = build(SystemSpec {
+        let system = build(SystemSpec {
             velocities: (0..=links).map(|i| x(-0.1 * i as f64)).collect(),
             links: vec![Links {
                 ends: (0..2_000).map(|i| [i, i + 1]).collect(),

@@ -62,7 +62,7 @@ fn radial_laws_and_their_potentials_are_the_golden_ones() {
     .chain(cohesions.iter().map(|case| (case, cohesion(&case["in"]))))
     {
         let r = case["in"]["r"].as_f64().unwrap();
-        let mut system = build(attracted(vec![Vector3::zeros(), x(r)], law));
+        let system = build(attracted(vec![Vector3::zeros(), x(r)], law));
         let (Some(force), Some(potential)) = (
             case["out"]["force"].as_f64(),
             case["out"]["potential"].as_f64(),
@@ -157,7 +157,7 @@ fn orientation_potentials_are_the_golden_ones_with_and_without_the_weights_slope
                 "{case}: {found}"
             );
         };
-        let mut whole = build(oriented_pair(&case, Gradient::Whole));
+        let whole = build(oriented_pair(&case, Gradient::Whole));
         let [forces, torques] = whole.loads();
         let out = &case["out"];
         let potential = out["potential"].as_f64().unwrap();
@@ -217,7 +217,7 @@ fn pairs_are_complete_or_repel_as_the_paper_rules() {
         };
         if given["r"].is_f64() {
             let number = |name: &str| given[name].as_f64().unwrap();
-            let mut system = build(SystemSpec {
+            let system = build(SystemSpec {
                 pairs: Some(PairSpec {
                     bonds: Some(vec![]),
                     repulsion: Some(repels(number("k"), number("lam"))),
@@ -235,7 +235,7 @@ fn pairs_are_complete_or_repel_as_the_paper_rules() {
             _ => 2,
         };
         let object = |name: &str| u32::try_from(given[name].as_u64().unwrap()).unwrap();
-        let mut system = build(SystemSpec {
+        let system = build(SystemSpec {
             pairs: Some(PairSpec {
                 attraction: attraction(AttractionLaw::Cohesion {
                     stiffness: 1.0,

@@ -224,7 +224,7 @@ fn every_particle_in_one_cell_and_one_infinitely_far_are_served_alike() {
     let mut spec = attracted(places, law);
     let pairs = spec.pairs.as_mut().unwrap();
     (pairs.bonds, pairs.reach) = (None, 5.0);
-    let mut system = build(spec);
+    let system = build(spec);
     let forces = system.loads()[0].clone();
     assert_eq!(forces[300], Vector3::zeros());
     let total: Vector3<f64> = forces.iter().sum();

@@ -103,6 +103,7 @@ impl Bar {
             doubts: Vec::new(),
             vertices: self.rest.iter().copied().map(move_one).collect(),
             measures: Vec::new(),
+            readings: Vec::new(),
             change: None,
         }
     }
@@ -122,6 +123,7 @@ pub fn session(id: &str) -> SessionInfo {
         id: id.to_owned(),
         title: "A bar that twists".to_owned(),
         labels: (0..POINTS).map(|point| format!("P{point}")).collect(),
+        probes: Vec::new(),
         up: UpAxis::Z,
     }
 }

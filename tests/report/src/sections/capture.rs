@@ -173,6 +173,7 @@ fn tracked(take: &Take, seen: &[Vec<bool>], ahead: usize) -> Result<Filled, Fail
         rules: Vec::new(),
         time_step: take.rate_hz().recip(),
         up: UpAxis::Z,
+        probes: Vec::new(),
     })?;
     let mut buffer = Buffer::new(64, BRIDGE, Tracking::default().max_speed_change);
     let mut filled = Filled::new();
