@@ -9,6 +9,7 @@ mod events;
 mod explain;
 mod faults;
 mod floods;
+mod guards;
 mod http;
 mod lifecycle;
 mod mappings;

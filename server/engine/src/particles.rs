@@ -54,6 +54,11 @@ pub(crate) fn system_points(
     } else {
         Vec::new()
     };
+    warnings.extend(system.attraction_table().map(|(pieces, error)| {
+        format!(
+            "the attraction is a table of {pieces} pieces, off by at most {error:.1e} of its greatest, or of the force where that is greater"
+        )
+    }));
     warnings.extend(system.solid().and_then(blind));
     Ok(Points {
         labels: (0..rest.len()).map(|i| i.to_string()).collect(),
