@@ -105,7 +105,7 @@ impl Peers {
             .output()
             .map_err(|error| format!("cannot run {}: {error}", program.display()));
         fs::remove_file(&file)?;
-        Lammps::read(&String::from_utf8_lossy(&output?.stdout))
+        Lammps::read(&String::from_utf8_lossy(&output?.stdout), threads)
     }
 
     /// Reads positions from a file of little-endian f64 in the peers' `data`.
@@ -141,14 +141,14 @@ impl Peers {
 
 /// What LAMMPS says of its runs.
 pub(crate) struct Lammps {
-    /// Of each run but the first.
+    /// Of each run but the first, for which it kept the processor, per thread.
     pub(crate) seconds: Vec<f64>,
     /// Per particle after the first run.
     pub(crate) energy: f64,
 }
 
 impl Lammps {
-    fn read(said: &str) -> Result<Self, Failure> {
+    fn read(said: &str, threads: usize) -> Result<Self, Failure> {
         let mut lines = said
             .lines()
             .map(|line| line.split_whitespace().collect::<Vec<_>>());
@@ -159,6 +159,12 @@ impl Lammps {
             if let ["Loop", "time", "of", time, ..] = words[..] {
                 energy = energy.or(last.get(1).and_then(|word: &&str| word.parse().ok()));
                 seconds.push(time.parse::<f64>()?);
+            }
+            // Of all threads together.
+            if let ([percent, "CPU", "use", ..], Some(last)) = (&words[..], seconds.last_mut()) {
+                #[expect(clippy::cast_precision_loss, reason = "a few threads")]
+                let whole = 100.0 * threads as f64;
+                *last *= percent.trim_end_matches('%').parse::<f64>()? / whole;
             }
             last = words;
         }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
+use cpu_time::{ProcessTime, ThreadTime};
 use serde::Serialize;
 
 /// Rounds at most: beyond, a median hardly changes.
@@ -80,6 +80,16 @@ pub(crate) fn time(work: impl FnOnce()) -> f64 {
     let start = ThreadTime::now();
     work();
     start.elapsed().as_secs_f64()
+}
+
+/// Seconds for which some work keeps each of so many threads, on average: what other programs take meanwhile does not
+/// count.
+pub(crate) fn time_per_thread(threads: usize, work: impl FnOnce()) -> f64 {
+    let start = ProcessTime::now();
+    work();
+    #[expect(clippy::cast_precision_loss, reason = "a few threads")]
+    let threads = threads as f64;
+    start.elapsed().as_secs_f64() / threads
 }
 
 /// Seconds of some work on one thread and on two, by turns, by the clock; rounds as in [`by_turns`].

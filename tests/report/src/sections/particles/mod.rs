@@ -2,6 +2,7 @@
 
 mod melt;
 mod orders;
+mod single;
 
 use crate::section::{Failure, Findings, Section};
 
@@ -11,10 +12,14 @@ pub(crate) const SECTION: Section = Section {
     measure,
 };
 
+/// Particles of the melt on which single precision is tried.
+const SINGLE: u32 = 32_000;
+
 fn measure() -> Result<Findings, Failure> {
     let mut findings = Findings::default();
     orders::measure(&mut findings)?;
     melt::scaling(&mut findings)?;
+    single::measure(&mut findings, &melt::stirred(SINGLE)?)?;
     let beside = melt::beside_lammps(&mut findings);
     findings.peers(beside);
     Ok(findings)

@@ -148,25 +148,40 @@ fn plot(name: &str, curves: &[Vec<[f64; 2]>]) -> Plot {
     }
 }
 
-/// A law and a cube that it holds together.
+/// Laws, each with a cube that it holds together.
 fn laws() -> Vec<(&'static str, SystemSpec)> {
-    let linked = |law: fn(Elastic) -> LinkLaw| {
-        let ends = near();
-        let count = ends.len();
-        let elastic = |damping: f64| Elastic {
-            stiffness: vec![10.0; count],
-            damping: vec![damping; if damping > 0.0 { count } else { 0 }],
-            rest_lengths: Some(lengths(&ends)),
-        };
-        [0.0, 0.2].map(|damping| SystemSpec {
-            links: vec![Links {
-                ends: ends.clone(),
-                law: law(elastic(damping)),
-            }],
-            ..cube()
-        })
+    let mut laws = links();
+    laws.extend(pairs());
+    laws
+}
+
+fn links() -> Vec<(&'static str, SystemSpec)> {
+    let ends = near();
+    let elastic = |damping: f64| Elastic {
+        stiffness: vec![10.0; ends.len()],
+        damping: vec![damping; if damping > 0.0 { ends.len() } else { 0 }],
+        rest_lengths: Some(lengths(&ends)),
     };
-    let [spring, damped] = linked(LinkLaw::Spring);
+    let table = LinkLaw::Table {
+        lengths: vec![0.8, 1.0, 1.4, 1.8],
+        forces: vec![2.0, 0.0, -1.0, -5.0],
+    };
+    let linked = |law: LinkLaw| SystemSpec {
+        links: vec![Links {
+            ends: ends.clone(),
+            law,
+        }],
+        ..cube()
+    };
+    vec![
+        ("spring", linked(LinkLaw::Spring(elastic(0.0)))),
+        ("damped spring", linked(LinkLaw::Spring(elastic(0.2)))),
+        ("contact", linked(LinkLaw::Contact(elastic(0.0)))),
+        ("piecewise linear link", linked(table)),
+    ]
+}
+
+fn pairs() -> Vec<(&'static str, SystemSpec)> {
     let attracted = |law: AttractionLaw, table: Option<f64>, form: Option<Form>| SystemSpec {
         frames: form.as_ref().map(|_| frames()),
         pairs: Some(PairSpec {
@@ -186,38 +201,55 @@ fn laws() -> Vec<(&'static str, SystemSpec)> {
         rest_length: 1.0,
         exponent: 4,
     };
+    let twelve_six = AttractionLaw::TwelveSix {
+        depth: 0.1,
+        size: 0.5_f64.powf(1.0 / 6.0),
+    };
+    let (stiffness, sharpness) = (30.0, 10.0);
     let cohesion = AttractionLaw::Cohesion {
-        stiffness: 30.0,
+        stiffness,
         rest_length: 1.0,
-        sharpness: 10.0,
+        sharpness,
     };
-    let bent = Form {
-        form: 0.5,
-        coplanarity: 0.2,
-        conormality: 0.2,
-        cocircularity: 0.0,
-        curvatures: vec![[0.2; 2]; frames().orientations.len()],
-        weighting: Weighting::Gaussian { width: 1.0 },
-        normalisation: Normalisation::SquaredDistance,
-        gradient: Gradient::Whole,
+    let directed = AttractionLaw::DirectedCohesion {
+        stiffness,
+        sharpness,
+        radii: vec![Vector3::new(1.1, 1.0, 0.9); rest().len()],
     };
+    let form = Some(bent());
     vec![
-        ("spring", spring),
-        ("damped spring", damped),
         (
             "Lennard-Jones",
             attracted(lennard_jones.clone(), None, None),
         ),
+        ("12-6", attracted(twelve_six, None, None)),
         ("cohesion", attracted(cohesion.clone(), None, None)),
         (
             "cohesion, table of 1e-6",
             attracted(cohesion, Some(1e-6), None),
         ),
         (
+            "cohesion by direction, and form",
+            attracted(directed, None, form.clone()),
+        ),
+        (
             "Lennard-Jones and form",
-            attracted(lennard_jones, None, Some(bent)),
+            attracted(lennard_jones, None, form),
         ),
     ]
+}
+
+fn bent() -> Form {
+    Form {
+        form: 0.5,
+        coplanarity: 0.2,
+        conormality: 0.2,
+        cocircularity: 0.0,
+        curvatures: vec![[0.2; 2]; rest().len()],
+        weighting: Weighting::Gaussian { width: 1.0 },
+        normalisation: Normalisation::SquaredDistance,
+        gradient: Gradient::Whole,
+    }
 }
 
 fn rest() -> Vec<Vector3<f64>> {
