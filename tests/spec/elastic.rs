@@ -170,6 +170,32 @@ fn of_two_bars_the_lower_bends_along_the_body_and_sticks_by_straight_distances()
     });
 }
 
+#[test]
+fn a_body_that_breaks_at_a_stretch_falls_apart_where_it_is_pulled_apart() {
+    live(async {
+        let server = TestServer::start().await;
+        let mut lengths = Vec::new();
+        for (name, stretch) in [("whole", None), ("torn", Some(1.5))] {
+            let mut scene = jelly();
+            let solid = given(&mut scene);
+            solid.break_at_stretch = stretch;
+            // Left third to the left, right third to the right.
+            let way = |i: u32| match i % 6 {
+                0 | 1 => [-3.0, 0.0, 0.0],
+                4 | 5 => [3.0, 0.0, 0.0],
+                _ => [0.0; 3],
+            };
+            solid.velocities = Some(scenes::reals(&(0..96).flat_map(way).collect::<Vec<_>>()));
+            let session = server.create(name, scene).await;
+            session.step(200).await.unwrap();
+            let ends = points(&session).await;
+            lengths.push(furthest(&ends[..1], &ends[5..6], |_| true));
+        }
+        assert!((lengths[0] - 0.5).abs() < 0.05, "{lengths:?}");
+        assert!(lengths[1] > 1.0, "{lengths:?}");
+    });
+}
+
 fn drags(sequence: u64, drags: &[(&str, Option<[f64; 3]>)]) -> Item {
     let drag = |&(point, to): &(&str, Option<[f64; 3]>)| Drag {
         point: point.to_owned(),
@@ -273,7 +299,7 @@ fn drags_of_no_point_or_to_nowhere_and_positions_are_refused() {
 #[test]
 fn what_is_wrong_with_a_solid_is_refused_by_its_path() {
     type Spoil = fn(&mut ElasticSolid);
-    let faults: [(Spoil, &str, &str); 10] = [
+    let faults: [(Spoil, &str, &str); 11] = [
         (|s| s.material = None, "FIELD_MISSING", "material"),
         (
             |s| material(s).young = -1.0,
@@ -301,6 +327,11 @@ fn what_is_wrong_with_a_solid_is_refused_by_its_path() {
             |s| s.sight = Some(Sight::ReachSpacings(0.5)),
             "VALUE_OUT_OF_RANGE",
             "reach_spacings",
+        ),
+        (
+            |s| s.break_at_stretch = Some(0.5),
+            "VALUE_OUT_OF_RANGE",
+            "break_at_stretch",
         ),
         (
             |s| s.metric = Some(Metric::Geodesic(v1::GeodesicMetric { exponent: 0.0 })),

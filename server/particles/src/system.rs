@@ -71,7 +71,14 @@ impl System {
             Stepping::Fixed => self.substep(dt),
             Stepping::Stable { most } => self.stable_step(dt, most),
             Stepping::Adaptive { tolerance, most } => self.adaptive_step(dt, tolerance, most),
+        }?;
+        if let Some(solid) = &mut self.model.solid
+            && !solid.tear(&self.state.position).is_empty()
+        {
+            // What acted before acts no more.
+            self.workspace.kept = None;
         }
+        Ok(())
     }
 
     /// Takes hold of a particle, which the next step leads straight to `target`, m, and which stays there until it is led
@@ -219,6 +226,7 @@ impl System {
             columns.push(bytemuck::cast_slice(&frames.momentum));
         }
         columns.extend(self.model.links.iter().map(|batch| batch.memory()));
+        columns.extend(self.model.solid.as_ref().map(|solid| solid.parted()));
         if let Some(loads) = &self.workspace.kept {
             columns
                 .extend([&loads.force, &loads.torque].map(|column| bytemuck::cast_slice(column)));

@@ -71,6 +71,7 @@ pub(super) fn elastic(given: v1::ElasticSolid, assets: &Assets) -> Result<engine
         volumes: each(given.volumes.as_ref(), &field("volumes"), count)?,
         stabilisation: given.stabilisation.unwrap_or(defaults.stabilisation),
         damping: given.damping,
+        break_at_stretch: given.break_at_stretch,
         ..defaults
     };
     Ok(engine::SystemSpec {

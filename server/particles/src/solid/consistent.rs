@@ -10,32 +10,120 @@ const ENOUGH: f64 = 1e-12;
 const ITERATIONS: usize = 200;
 
 impl Stencils {
-    /// Adds to the gradients what shows them curved fields, and then the least that makes `Σ_i (V_i g_ij − V_j g_ji)` vanish
-    /// in every direction in which nothing but the body is there. No derivative of a linear field changes. `[B5]`
-    pub(super) fn make_consistent(&mut self, positions: &[Vector3<f64>], volumes: &[f64]) {
-        let curvature = self.curvature(positions);
+    /// Adds to the gradients of some particles what shows them curved fields, and then the least that makes
+    /// `Σ_i (V_i g_ij − V_j g_ji)` vanish, at them and at all that they see, in every direction in which nothing but the
+    /// body is there. No derivative of a linear field changes. `[B5]`
+    ///
+    /// * `of` – ascending; their gradients are by moving least squares. Those of the others stay as they are.
+    pub(super) fn make_consistent(
+        &mut self,
+        positions: &[Vector3<f64>],
+        volumes: &[f64],
+        of: &[usize],
+    ) {
+        let part = Part::new(self, positions, volumes, of);
+        let curvature = part.stencils.curvature(&part.positions);
+        part.add_to(self, &curvature);
+        let pushes = self.pushes(volumes, &part.members);
+        let within = self.within(positions, &part.members);
+        let pairs = pushes.iter().zip(&within);
+        let pushes: Vec<_> = pairs.map(|(push, within)| within * push).collect();
         let equations = Equations {
-            stencils: self,
-            positions,
-            scale: self.scales(volumes),
-            within: self.within(positions),
+            stencils: &part.stencils,
+            positions: &part.positions,
+            scale: part.scales(),
+            within,
         };
-        let pushes = equations.pushes(volumes, &curvature);
         let multipliers = equations.solve(&pushes);
-        let corrections = equations.corrections(&multipliers);
-        for (i, scale) in volumes.iter().enumerate() {
-            for slot in self.row(i) {
-                self.gradient[slot] += curvature[slot] + corrections[slot] / *scale;
+        let mut corrections = equations.corrections(&multipliers);
+        for (i, volume) in part.volumes.iter().enumerate() {
+            let row = &mut corrections[part.stencils.row(i)];
+            row.iter_mut().for_each(|correction| *correction /= *volume);
+        }
+        part.add_to(self, &corrections);
+    }
+
+    /// By what a constant stress of 1 Pa pushes particles, m².
+    fn pushes(&self, volumes: &[f64], members: &[usize]) -> Vec<Vector3<f64>> {
+        let mut owner = vec![0.0; self.other.len()];
+        for (i, volume) in volumes.iter().enumerate() {
+            owner[self.row(i)].fill(*volume);
+        }
+        let pushes = members.par_iter().map(|&i| {
+            let push = |slot: usize| self.gradient[slot] * owner[slot];
+            let arriving: Vector3<f64> = self.into(i).map(push).sum();
+            arriving - self.row(i).map(push).sum::<Vector3<f64>>()
+        });
+        pushes.collect()
+    }
+}
+
+/// Some rows of stencils, by themselves: of particles, and without slots of those that they see.
+struct Part {
+    /// Which particles these are, ascending.
+    members: Vec<usize>,
+    stencils: Stencils,
+    positions: Vec<Vector3<f64>>,
+    /// m³.
+    volumes: Vec<f64>,
+    /// In the whole, of each slot.
+    slots: Vec<usize>,
+}
+
+impl Part {
+    fn new(whole: &Stencils, positions: &[Vector3<f64>], volumes: &[f64], of: &[usize]) -> Self {
+        let seen = of.iter().flat_map(|&i| &whole.other[whole.row(i)]);
+        let mut members: Vec<usize> = seen
+            .map(|&j| j as usize)
+            .chain(of.iter().copied())
+            .collect();
+        members.sort_unstable();
+        members.dedup();
+        let mut place = vec![0_u32; positions.len()];
+        for (at, &member) in (0..).zip(&members) {
+            place[member] = at;
+        }
+        let mut stencils = Stencils::empty(0, members.len());
+        let mut slots = Vec::new();
+        let mut rows = of.iter().peekable();
+        for &member in &members {
+            if rows.next_if(|&&i| i == member).is_some() {
+                let row = whole.row(member);
+                let others = whole.other[row.clone()].iter();
+                stencils.other.extend(others.map(|&j| place[j as usize]));
+                stencils.share.extend_from_slice(&whole.share[row.clone()]);
+                stencils
+                    .gradient
+                    .extend_from_slice(&whole.gradient[row.clone()]);
+                slots.extend(row);
             }
+            stencils.sight.push(whole.sight[member]);
+            stencils.start.push(stencils.other.len());
+        }
+        stencils.turn_round();
+        Self {
+            positions: members.iter().map(|&i| positions[i]).collect(),
+            volumes: members.iter().map(|&i| volumes[i]).collect(),
+            members,
+            stencils,
+            slots,
+        }
+    }
+
+    /// Adds a column of the part's slots to the gradients of the whole.
+    fn add_to(&self, whole: &mut Stencils, column: &[Vector3<f64>]) {
+        for (&slot, more) in self.slots.iter().zip(column) {
+            whole.gradient[slot] += more;
         }
     }
 
     /// `w V²` of every slot, in units of the row's kernel.
-    fn scales(&self, volumes: &[f64]) -> Vec<f64> {
-        let mut scales = Vec::with_capacity(self.share.len());
-        for (i, sight) in self.sight.iter().enumerate() {
-            let square = sight.weight * volumes[i] * volumes[i];
-            scales.extend(self.row(i).map(|slot| self.share[slot] * square));
+    fn scales(&self) -> Vec<f64> {
+        let mut scales = Vec::with_capacity(self.slots.len());
+        for (i, sight) in self.stencils.sight.iter().enumerate() {
+            let square = sight.weight * self.volumes[i].powi(2);
+            let shares = &self.stencils.share[self.stencils.row(i)];
+            scales.extend(shares.iter().map(|share| share * square));
         }
         scales
     }
@@ -53,20 +141,6 @@ struct Equations<'a> {
 }
 
 impl Equations<'_> {
-    /// What is to vanish.
-    fn pushes(&self, volumes: &[f64], curvature: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let mut pushes = vec![Vector3::zeros(); self.within.len()];
-        for (i, volume) in volumes.iter().enumerate() {
-            for slot in self.stencils.row(i) {
-                let push = (self.stencils.gradient[slot] + curvature[slot]) * *volume;
-                pushes[self.stencils.other[slot] as usize] += push;
-                pushes[i] -= push;
-            }
-        }
-        let pairs = pushes.iter().zip(&self.within);
-        pairs.map(|(push, within)| within * push).collect()
-    }
-
     /// What the multipliers add to `V_i g_ij`: what their linear part leaves.
     fn corrections(&self, multipliers: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let Self {

@@ -17,28 +17,35 @@ const ROUNDING: f64 = 1.0 + 1e-12;
 /// A particle that another sees: which, and how far along the body, m.
 pub(super) type Seen = (u32, f64);
 
-/// For each particle those within reach along the body, ascending. `reach` in m, as of the graph.
+/// For each of some particles those within reach along the body, ascending. `reach` in m, as of the graph.
 ///
 /// No search leaves the ball of its reach but for pairs that are near in space and may not be so along the cheapest path:
 /// there the costs from a few landmarks settle nearly all, and a search that ends with the last of the pairs the rest.
-pub(super) fn neighbourhoods(graph: &Graph, metric: Metric, reach: &[f64]) -> Vec<Vec<Seen>> {
+pub(super) fn neighbourhoods(
+    graph: &Graph,
+    metric: Metric,
+    reach: &[f64],
+    of: &[usize],
+) -> Vec<Vec<Seen>> {
     let within = |i: usize| {
         let arcs = graph.row(i).iter();
         let near = arcs.filter(|arc| arc.length <= reach[i] * CLOSED);
         near.map(|arc| arc.to).collect::<Vec<_>>()
     };
-    let searches = (0..graph.len()).into_par_iter();
-    let found: Vec<Found> = searches
+    let searches = of.par_iter();
+    let found: Vec<(usize, Found)> = searches
         .map_init(
             || Search::new(graph.len()),
-            |search, i| search.within_reach(graph, metric, i, reach[i], &within(i)),
+            |search, &i| {
+                let found = search.within_reach(graph, metric, i, reach[i], &within(i));
+                (i, found)
+            },
         )
         .collect();
-    let doubtful: Vec<usize> = (0..found.len())
-        .filter(|&i| !found[i].doubtful.is_empty())
-        .collect();
+    let doubtful = found.iter().filter(|(_, found)| !found.doubtful.is_empty());
+    let doubtful: Vec<usize> = doubtful.map(|&(i, _)| i).collect();
     let marks = landmarks(graph, &doubtful);
-    let rows = found.into_par_iter().enumerate();
+    let rows = found.into_par_iter();
     rows.map_init(
         || Search::new(graph.len()),
         |search, (i, found)| search.settle(graph, i, found, &marks),

@@ -1,5 +1,7 @@
 //! Which particles lie near which at rest.
 
+use std::collections::BTreeSet;
+
 use kiddo::{SquaredEuclidean, immutable::float::kdtree::ImmutableKdTree};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -12,13 +14,14 @@ pub(super) const CLOSED: f64 = 1.0 + 1e-12;
 const TIE: f64 = 1e-9;
 
 /// Places to find neighbours in.
-pub(super) struct Places<'a> {
-    pub(super) positions: &'a [Vector3<f64>],
+#[derive(Clone, Debug)]
+pub(super) struct Places {
+    pub(super) positions: Vec<Vector3<f64>>,
     tree: ImmutableKdTree<f64, u64, 3, 32>,
 }
 
 /// Arcs between particles within reach of each other, both ways, ascending in each row.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Graph {
     pub(super) start: Vec<usize>,
     pub(super) arcs: Vec<Arc>,
@@ -33,8 +36,8 @@ pub(super) struct Arc {
     pub(super) cost: f64,
 }
 
-impl<'a> Places<'a> {
-    pub(super) fn new(positions: &'a [Vector3<f64>]) -> Self {
+impl Places {
+    pub(super) fn new(positions: Vec<Vector3<f64>>) -> Self {
         let points: Vec<[f64; 3]> = positions.iter().map(|x| (*x).into()).collect();
         let tree = ImmutableKdTree::new_from_slice(&points);
         Self { positions, tree }
@@ -93,6 +96,11 @@ impl<'a> Places<'a> {
         }
         spacings
     }
+}
+
+/// Two particles, the lower index first.
+pub(super) fn pair(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// 1 of nothing: a particle alone has some size.
@@ -155,37 +163,30 @@ impl Graph {
         }
     }
 
+    /// Takes out the arcs between pairs, the lower index of each first.
+    pub(super) fn sever(&mut self, pairs: &BTreeSet<[u32; 2]>) {
+        let (mut kept, mut end) = (0, 0);
+        for (i, from) in (0_u32..).zip(0..self.len()) {
+            let row = end..self.start[from + 1];
+            end = row.end;
+            for slot in row {
+                let arc = self.arcs[slot];
+                if !pairs.contains(&pair(i, arc.to)) {
+                    self.arcs[kept] = arc;
+                    kept += 1;
+                }
+            }
+            self.start[from + 1] = kept;
+        }
+        self.arcs.truncate(kept);
+    }
+
     pub(super) fn row(&self, i: usize) -> &[Arc] {
         &self.arcs[self.start[i]..self.start[i + 1]]
     }
 
     pub(super) fn len(&self) -> usize {
         self.start.len() - 1
-    }
-
-    /// For each particle the piece that it hangs together with, from 0 in the order of their first particles.
-    pub(super) fn pieces(&self) -> Vec<u32> {
-        let mut of: Vec<Option<u32>> = vec![None; self.len()];
-        let mut open = Vec::new();
-        let mut piece = 0;
-        for first in 0..self.len() {
-            if of[first].is_some() {
-                continue;
-            }
-            of[first] = Some(piece);
-            open.push(first);
-            while let Some(i) = open.pop() {
-                for arc in self.row(i) {
-                    let to = arc.to as usize;
-                    if of[to].is_none() {
-                        of[to] = Some(piece);
-                        open.push(to);
-                    }
-                }
-            }
-            piece += 1;
-        }
-        of.into_iter().flatten().collect()
     }
 }
 

@@ -8,7 +8,9 @@ mod material;
 mod skin;
 mod spec;
 mod stencil;
+mod surroundings;
 mod survey;
+mod tear;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -20,6 +22,8 @@ use self::{
     graph::Places,
     material::{Deformation, Moduli},
     stencil::Stencils,
+    surroundings::Surroundings,
+    tear::Tearing,
 };
 use crate::{SpecError, check, rows::for_each_block};
 
@@ -44,6 +48,8 @@ pub struct Solid {
     damping: f64,
     /// The greatest eigenvalue of stiffness over mass at rest, 1/s².
     stiffness: f64,
+    /// Of a solid that can tear.
+    tearing: Option<Box<Tearing>>,
     /// Pushes of the particles on those that they see, N, per slot: kept for its memory.
     pushes: Vec<Vector3<f64>>,
 }
@@ -71,16 +77,23 @@ impl Solid {
     }
 
     pub(crate) fn checked(spec: &SolidSpec, rest: Vec<Vector3<f64>>) -> Self {
-        let places = Places::new(&rest);
+        let places = Places::new(rest.clone());
         let spacings = places.spacings(spec.dimension);
         let dim = i32::try_from(spec.dimension.count()).expect("2 or 3");
         let volumes = spec.volumes.clone();
         let volumes = volumes.unwrap_or_else(|| spacings.iter().map(|s| s.powi(dim)).collect());
-        let mut stencils = Stencils::new(spec, &places, &spacings);
+        let surroundings = Surroundings::new(spec, places, &spacings);
+        let mut stencils = Stencils::new(&surroundings);
         match spec.integration {
             Integration::Nodal => {}
-            Integration::Consistent => stencils.make_consistent(&rest, &volumes),
+            Integration::Consistent => {
+                let all: Vec<usize> = (0..rest.len()).collect();
+                stencils.make_consistent(&rest, &volumes, &all);
+            }
         }
+        let tearing = spec
+            .break_at_stretch
+            .map(|stretch| Tearing::new(surroundings, spec.integration, stretch));
         let mut solid = Self {
             pushes: vec![Vector3::zeros(); stencils.other.len()],
             moduli: Moduli::new(&spec.material, spec.dimension),
@@ -88,6 +101,7 @@ impl Solid {
             stabilisation: spec.stabilisation * spec.material.young,
             damping: spec.damping,
             stiffness: 0.0,
+            tearing: tearing.map(Box::new),
             rest,
             stencils,
             volumes,

@@ -13,17 +13,22 @@ const EVEN: f64 = 1e-6;
 const EDGE: f64 = 0.1;
 
 impl Stencils {
-    /// For each particle the projector on the directions in which nothing but the body is there: all of an inner
+    /// For each of some particles the projector on the directions in which nothing but the body is there: all of an inner
     /// particle, those along the surface of one on it, at an edge those along the edge. `[B5]`
-    pub(super) fn within(&self, positions: &[Vector3<f64>]) -> Vec<Matrix3<f64>> {
-        let faces = self.faces(positions);
-        let within = (0..faces.len()).into_par_iter().map(|i| {
-            let Some(facing) = faces[i] else {
+    pub(super) fn within(&self, positions: &[Vector3<f64>], of: &[usize]) -> Vec<Matrix3<f64>> {
+        let mut near: Vec<usize> = of.iter().flat_map(|&i| self.ring(i)).collect();
+        near.sort_unstable();
+        near.dedup();
+        let faces = near.par_iter().map(|&i| self.face(i, positions));
+        let faces: Vec<_> = faces.collect();
+        let face = |i: usize| faces[near.binary_search(&i).expect("of the rings")];
+        let within = of.par_iter().map(|&i| {
+            let Some(facing) = face(i) else {
                 return Matrix3::identity();
             };
             let mut scatter = Matrix3::zeros();
             for (other, weight) in self.around(i, positions) {
-                if let Some(face) = faces[other] {
+                if let Some(face) = face(other) {
                     scatter += face * face.transpose() * weight;
                 }
             }
@@ -48,19 +53,16 @@ impl Stencils {
         within.collect()
     }
 
-    /// The unit vector that points out of the body, of particles on its surface.
-    fn faces(&self, positions: &[Vector3<f64>]) -> Vec<Option<Vector3<f64>>> {
-        let faces = (0..self.sight.len()).into_par_iter().map(|i| {
-            if self.is_inner(i, positions) {
-                return None;
-            }
-            let around = self.around(i, positions).into_iter();
-            let away: Vector3<f64> = around
-                .map(|(other, weight)| (positions[i] - positions[other]) * weight)
-                .sum();
-            away.try_normalize(0.0)
-        });
-        faces.collect()
+    /// The unit vector that points out of the body, of a particle on its surface.
+    fn face(&self, i: usize, positions: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+        if self.is_inner(i, positions) {
+            return None;
+        }
+        let around = self.around(i, positions).into_iter();
+        let away: Vector3<f64> = around
+            .map(|(other, weight)| (positions[i] - positions[other]) * weight)
+            .sum();
+        away.try_normalize(0.0)
     }
 
     /// Whether the particles around one are on all sides; where there are few, with those that they see.
@@ -80,16 +82,21 @@ impl Stencils {
         bar <= EVEN * reach || seen(i).any(faces) || seen(i).flat_map(seen).any(faces)
     }
 
-    /// A particle, those that it sees and those that they see, with weights that fall off over twice its reach: one by
-    /// one, the ways that points of an irregular surface face are too noisy.
-    fn around(&self, i: usize, positions: &[Vector3<f64>]) -> Vec<(usize, f64)> {
+    /// A particle, those that it sees and those that they see, ascending.
+    fn ring(&self, i: usize) -> Vec<usize> {
         let seen = |i: usize| self.row(i).map(|slot| self.other[slot] as usize);
-        let mut around: Vec<usize> = seen(i).flat_map(seen).chain(seen(i)).collect();
-        around.push(i);
-        around.sort_unstable();
-        around.dedup();
+        let mut ring: Vec<usize> = seen(i).flat_map(seen).chain(seen(i)).collect();
+        ring.push(i);
+        ring.sort_unstable();
+        ring.dedup();
+        ring
+    }
+
+    /// The ring with weights that fall off over twice the reach: one by one, the ways that points of an irregular surface
+    /// face are too noisy.
+    fn around(&self, i: usize, positions: &[Vector3<f64>]) -> Vec<(usize, f64)> {
         let reach = 2.0 * self.sight[i].reach;
         let weigh = |j: usize| (j, kernel((positions[j] - positions[i]).norm(), reach));
-        around.into_iter().map(weigh).collect()
+        self.ring(i).into_iter().map(weigh).collect()
     }
 }

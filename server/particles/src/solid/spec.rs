@@ -27,6 +27,9 @@ pub struct SolidSpec {
     pub stabilisation: f64,
     /// Drag on every particle by its mass, 1/s, ≥ 0.
     pub damping: f64,
+    /// The distance of two particles over that at rest, > 1, beyond which they see each other no more: the solid tears.
+    /// Looked at after each step. `None` for one that does not. `[B14]`
+    pub break_at_stretch: Option<f64>,
 }
 
 /// Whether the particles of a solid fill a space or a plane.
@@ -116,6 +119,7 @@ impl SolidSpec {
             volumes: None,
             stabilisation: 0.1,
             damping: 0.0,
+            break_at_stretch: None,
         }
     }
 
@@ -131,6 +135,7 @@ impl SolidSpec {
             volumes,
             stabilisation,
             damping,
+            break_at_stretch,
         } = self;
         dimension.check(positions)?;
         metric.check()?;
@@ -143,7 +148,13 @@ impl SolidSpec {
         }
         let field = "solid.stabilisation";
         check::number(field, *stabilisation, not_negative, NOT_NEGATIVE)?;
-        check::number("solid.damping", *damping, not_negative, NOT_NEGATIVE)
+        check::number("solid.damping", *damping, not_negative, NOT_NEGATIVE)?;
+        let Some(stretch) = *break_at_stretch else {
+            return Ok(());
+        };
+        let admits = |value: f64| value.is_finite() && value > 1.0;
+        let rule = "finite and above 1: a body at rest is whole";
+        check::number("solid.break_at_stretch", stretch, admits, rule)
     }
 }
 

@@ -1,19 +1,8 @@
 //! How derivatives at a particle follow from the particles around it.
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use rayon::prelude::*;
+use nalgebra::{Matrix3, Vector3};
 
-use super::{
-    Metric, Reach, SolidSpec,
-    geodesic::{Search, Seen, neighbourhoods},
-    graph::{Graph, Places, Pricing},
-};
-
-/// Eigenvalues of a moment matrix below this part of the greatest are directions that no neighbour shows.
-const HIDDEN: f64 = 1e-6;
-/// By what a reach grows where the neighbours show too few directions, and up to how much in all.
-const GROWTH: f64 = 1.25;
-const GROWN: f64 = 2.0;
+use super::{geodesic::Seen, surroundings::Surroundings};
 
 /// Rows of particles that each particle sees.
 #[derive(Clone, Debug)]
@@ -63,73 +52,75 @@ impl Sight {
 
 impl Stencils {
     /// Neighbourhoods and derivatives of the particles at rest, by moving least squares.
-    pub(super) fn new(spec: &SolidSpec, places: &Places, spacings: &[f64]) -> Self {
-        let SolidSpec {
-            dimension,
-            metric,
-            reach,
-            ..
-        } = *spec;
-        let most = match reach {
-            Reach::Length(_) => 1.0,
-            Reach::Spacings(_) => GROWN,
-        };
-        let reach = reach.of(spacings);
-        let pricing = Pricing::new(metric, spacings, &reach);
-        let graph = Graph::new(places, &reach, &pricing);
-        let rows = neighbourhoods(&graph, metric, &reach);
-        let grow = Grow {
-            graph: &graph,
-            metric,
-            places,
-            dimension: dimension.count(),
-            most,
-        };
-        let rows = rows.into_par_iter().enumerate();
-        let rows: Vec<(Vec<Seen>, Sight)> = rows
-            .map_init(
-                || Search::new(graph.len()),
-                |search, (i, seen)| grow.until_seen(search, i, seen, reach[i]),
-            )
-            .collect();
-        Self::gather(rows, places.positions, graph.pieces())
+    pub(super) fn new(surroundings: &Surroundings) -> Self {
+        let all: Vec<usize> = (0..surroundings.len()).collect();
+        let rows = surroundings.rows(&all);
+        Self::gather(rows, surroundings)
     }
 
-    fn gather(rows: Vec<(Vec<Seen>, Sight)>, positions: &[Vector3<f64>], pieces: Vec<u32>) -> Self {
-        let mut start = vec![0];
-        start.extend(rows.iter().scan(0, |end, (row, _)| {
-            *end += row.len();
-            Some(*end)
-        }));
-        let count = start[rows.len()];
-        let mut stencils = Self {
-            start,
-            other: Vec::with_capacity(count),
-            distance: Vec::with_capacity(count),
-            share: Vec::with_capacity(count),
-            gradient: Vec::with_capacity(count),
-            sight: Vec::with_capacity(rows.len()),
-            incoming_start: Vec::new(),
-            incoming: Vec::new(),
-            pieces,
-        };
-        for (i, (row, sight)) in rows.into_iter().enumerate() {
-            for (other, distance) in row {
-                let w = kernel(distance, sight.reach);
-                let x = positions[other as usize] - positions[i];
-                stencils.other.push(other);
-                stencils.distance.push(distance);
-                stencils.share.push(w / sight.weight);
-                stencils.gradient.push(sight.inverse * x * w);
+    /// Takes the neighbourhoods and derivatives of some particles anew, ascending; the others stay as they are.
+    pub(super) fn renew(&mut self, surroundings: &Surroundings, touched: &[usize]) {
+        let mut renewed = touched.iter().zip(surroundings.rows(touched)).peekable();
+        let mut next = Self::empty(self.other.len(), self.sight.len());
+        for i in 0..self.sight.len() {
+            if let Some((_, (row, sight))) = renewed.next_if(|(touched, _)| **touched == i) {
+                next.push(i, row, sight, surroundings.positions());
+            } else {
+                let row = self.row(i);
+                next.other.extend_from_slice(&self.other[row.clone()]);
+                next.distance.extend_from_slice(&self.distance[row.clone()]);
+                next.share.extend_from_slice(&self.share[row.clone()]);
+                next.gradient.extend_from_slice(&self.gradient[row]);
+                next.sight.push(self.sight[i]);
+                next.start.push(next.other.len());
             }
-            stencils.sight.push(sight);
+        }
+        next.turn_round();
+        next.pieces = next.pieces();
+        *self = next;
+    }
+
+    fn gather(rows: Vec<(Vec<Seen>, Sight)>, surroundings: &Surroundings) -> Self {
+        let slots = rows.iter().map(|(row, _)| row.len()).sum();
+        let mut stencils = Self::empty(slots, rows.len());
+        for (i, (row, sight)) in rows.into_iter().enumerate() {
+            stencils.push(i, row, sight, surroundings.positions());
         }
         stencils.turn_round();
+        stencils.pieces = stencils.pieces();
         stencils
     }
 
+    pub(super) fn empty(slots: usize, particles: usize) -> Self {
+        Self {
+            start: vec![0],
+            other: Vec::with_capacity(slots),
+            distance: Vec::with_capacity(slots),
+            share: Vec::with_capacity(slots),
+            gradient: Vec::with_capacity(slots),
+            sight: Vec::with_capacity(particles),
+            incoming_start: Vec::new(),
+            incoming: Vec::new(),
+            pieces: Vec::new(),
+        }
+    }
+
+    /// Appends the row of particle `i`.
+    fn push(&mut self, i: usize, row: Vec<Seen>, sight: Sight, positions: &[Vector3<f64>]) {
+        for (other, distance) in row {
+            let w = kernel(distance, sight.reach);
+            let x = positions[other as usize] - positions[i];
+            self.other.push(other);
+            self.distance.push(distance);
+            self.share.push(w / sight.weight);
+            self.gradient.push(sight.inverse * x * w);
+        }
+        self.sight.push(sight);
+        self.start.push(self.other.len());
+    }
+
     /// Finds the slots in which each particle is the other.
-    fn turn_round(&mut self) {
+    pub(super) fn turn_round(&mut self) {
         let mut start = vec![0_usize; self.sight.len() + 1];
         for &other in &self.other {
             start[other as usize + 1] += 1;
@@ -145,6 +136,38 @@ impl Stencils {
             *at += 1;
         }
         self.incoming_start = start;
+    }
+
+    /// For each particle the piece that it hangs together with, from 0 in the order of their first particles.
+    fn pieces(&self) -> Vec<u32> {
+        const NONE: u32 = u32::MAX;
+        let mut of = vec![NONE; self.sight.len()];
+        let mut open = Vec::new();
+        let mut piece = 0;
+        for first in 0..of.len() {
+            if of[first] != NONE {
+                continue;
+            }
+            of[first] = piece;
+            open.push(first);
+            while let Some(i) = open.pop() {
+                let owners = self.into(i).map(|slot| self.owner(slot));
+                let seen = self.row(i).map(|slot| self.other[slot] as usize);
+                for to in seen.chain(owners) {
+                    if of[to] == NONE {
+                        of[to] = piece;
+                        open.push(to);
+                    }
+                }
+            }
+            piece += 1;
+        }
+        of
+    }
+
+    /// The particle whose slot it is.
+    fn owner(&self, slot: usize) -> usize {
+        self.start.partition_point(|&start| start <= slot) - 1
     }
 
     /// Pieces that nothing holds together, particles alone counted.
@@ -180,90 +203,4 @@ impl Stencils {
 /// `w(D) = (1 − (D/h)²)³` `[B4]`
 pub(super) fn kernel(distance: f64, reach: f64) -> f64 {
     (1.0 - (distance / reach).powi(2)).max(0.0).powi(3)
-}
-
-/// Widens the reach of particles whose neighbours show too few directions.
-struct Grow<'a> {
-    graph: &'a Graph,
-    metric: Metric,
-    places: &'a Places<'a>,
-    dimension: usize,
-    /// By how much in all.
-    most: f64,
-}
-
-impl Grow<'_> {
-    /// Where no reach shows more, the first.
-    fn until_seen(
-        &self,
-        search: &mut Search,
-        i: usize,
-        seen: Vec<Seen>,
-        reach: f64,
-    ) -> (Vec<Seen>, Sight) {
-        let first = self.sight(i, seen, reach);
-        let enough = |(row, sight): &(Vec<Seen>, Sight)| {
-            sight.rank >= self.dimension && row.len() > self.dimension
-        };
-        if enough(&first) {
-            return first;
-        }
-        let mut wider = reach * GROWTH;
-        while wider <= reach * self.most {
-            let near = self.places.near(i, wider).into_iter();
-            let near: Vec<u32> = near.map(|(other, _)| other).collect();
-            let found = search.within_reach(self.graph, self.metric, i, wider, &near);
-            let seen = search.settle(self.graph, i, found, &[]);
-            let grown = self.sight(i, seen, wider);
-            if enough(&grown) {
-                return grown;
-            }
-            wider *= GROWTH;
-        }
-        first
-    }
-
-    /// Drops those without weight; what is left may be no one.
-    fn sight(&self, i: usize, mut seen: Vec<Seen>, reach: f64) -> (Vec<Seen>, Sight) {
-        seen.retain(|&(_, distance)| kernel(distance, reach) > 0.0);
-        let mut moment = Matrix3::zeros();
-        let mut weight = 0.0;
-        for &(other, distance) in &seen {
-            let w = kernel(distance, reach);
-            let x = self.places.positions[other as usize] - self.places.positions[i];
-            weight += w;
-            moment += x * x.transpose() * w;
-        }
-        let (inverse, axes, rank) = pseudo_inverse(&moment);
-        let sight = Sight {
-            reach,
-            weight,
-            inverse,
-            axes,
-            rank,
-        };
-        (seen, sight)
-    }
-}
-
-/// The inverse on the directions that a moment matrix has, all directions, those it has first, and how many they are.
-/// `[B4]`
-fn pseudo_inverse(moment: &Matrix3<f64>) -> (Matrix3<f64>, Matrix3<f64>, usize) {
-    let SymmetricEigen {
-        eigenvectors,
-        eigenvalues,
-    } = moment.symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigenvalues[b].total_cmp(&eigenvalues[a]));
-    let greatest = eigenvalues[order[0]];
-    let seen = order
-        .iter()
-        .filter(|&&k| greatest > 0.0 && eigenvalues[k] > HIDDEN * greatest);
-    let rank = seen.count();
-    let axes = Matrix3::from_columns(&order.map(|k| eigenvectors.column(k).into_owned()));
-    let terms = order[..rank].iter().zip(axes.column_iter());
-    let inverse = terms
-        .map(|(&k, axis)| axis * axis.transpose() / eigenvalues[k])
-        .sum();
-    (inverse, axes, rank)
 }

@@ -1,7 +1,10 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::{Dimension, Material, MaterialLaw, SolidSpec, graph::Places, stencil::Stencils};
+use super::{
+    Dimension, Material, MaterialLaw, SolidSpec, graph::Places, stencil::Stencils,
+    surroundings::Surroundings,
+};
 use crate::{SpecError, check};
 
 /// Distance at which two particles are one, in spacings.
@@ -44,12 +47,14 @@ impl Survey {
             ..SolidSpec::new(material, 1.0)
         };
         spec.check(positions)?;
-        let places = Places::new(positions);
+        let places = Places::new(positions.to_vec());
         let mut spacings = places.spacings(dimension);
-        let stencils = Stencils::new(&spec, &places, &spacings);
+        let surroundings = Surroundings::new(&spec, places, &spacings);
+        let stencils = Stencils::new(&surroundings);
         let twins = (0_u32..).zip(&spacings).collect::<Vec<_>>();
         let twins = twins.into_par_iter().flat_map_iter(|(i, spacing)| {
-            let near = places.near(i as usize, TWINS * spacing).into_iter();
+            let near = surroundings.places.near(i as usize, TWINS * spacing);
+            let near = near.into_iter();
             near.filter(move |(j, _)| i < *j).map(move |(j, _)| [i, j])
         });
         let twins = twins.collect();

@@ -420,6 +420,9 @@ fn every_value_of_a_solid_is_checked() {
     case("solid.reach_spacings", &|s| s.reach = Reach::Spacings(1.0));
     case("solid.stabilisation", &|s| s.stabilisation = -0.1);
     case("solid.damping", &|s| s.damping = -1.0);
+    case("solid.break_at_stretch", &|s| {
+        s.break_at_stretch = Some(1.0)
+    });
     case("positions[1].z", &|s| s.dimension = Dimension::Plane);
     for (field, wrong) in cases {
         let spec = SystemSpec {

@@ -4,6 +4,7 @@ mod beams;
 mod goldens;
 mod hard;
 mod laws;
+mod tears;
 
 use nalgebra::Vector3;
 use sinew_particles::{Material, MaterialLaw, Solid};
