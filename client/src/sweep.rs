@@ -1,6 +1,6 @@
 //! Sweeps: one motion, many looks.
 //!
-//! A sweep file names a scene file and lists alternatives of its mapping and its rules, in JSON or TOML:
+//! A sweep file names a scene file and lists alternatives of its mapping, its rules and its elastic solid, in JSON or TOML:
 //!
 //! ```toml
 //! scene = "beam.toml"
@@ -22,11 +22,13 @@
 //!
 //! Each row meets each column: a view. Its mapping is the scene's, with the fields that the row sets replaced, then those
 //! that the column sets; a field is one of `Mapping`'s own, such as `filter`, and is replaced whole. So are `rules`.
+//! `elastic` is merged into the scene's `motion.elastic`, as protobuf merges messages.
 
 use std::{path::Path, sync::Arc};
 
 use futures::{SinkExt as _, channel::mpsc};
 use nalgebra::Vector3;
+use prost::Message as _;
 use serde::Deserialize;
 use sinew_formats::take::Take;
 use sinew_mesh::Grid;
@@ -57,7 +59,7 @@ pub struct Sweep {
 }
 
 /// How a surface is coloured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Colour {
     /// All alike.
@@ -65,6 +67,8 @@ pub enum Colour {
     Plain,
     /// By the point that moves each vertex most.
     Points,
+    /// By how far each vertex is from where it was at rest: this far, m, and further, is the end of the scale.
+    Displacement(f64),
 }
 
 /// One look of a sweep.
@@ -76,6 +80,8 @@ pub struct View {
     pub mapping: v1::Mapping,
     /// When the mesh comes apart, and how.
     pub rules: Vec<v1::TopologyRule>,
+    /// What is merged into the scene's elastic solid; with nothing set, it stays as it is.
+    pub elastic: v1::ElasticSolid,
 }
 
 /// A mesh and its points at one step of one view.
@@ -115,6 +121,8 @@ struct Alternative {
     #[serde(default)]
     mapping: v1::Mapping,
     rules: Option<Vec<v1::TopologyRule>>,
+    #[serde(default)]
+    elastic: v1::ElasticSolid,
 }
 
 impl Sweep {
@@ -130,36 +138,36 @@ impl Sweep {
             problem,
         };
         if text.rows.is_empty() && text.columns.is_empty() {
-            return Err(refuse(
-                "rows",
-                "is empty, and so is columns; list alternatives in one or both".into(),
-            ));
+            let problem = "is empty, and so is columns; list alternatives in one or both";
+            return Err(refuse("rows", problem.into()));
         }
-        let single = || vec![Alternative::default()];
-        let rows = if text.rows.is_empty() {
-            single()
-        } else {
-            text.rows
-        };
-        let columns = if text.columns.is_empty() {
-            single()
-        } else {
-            text.columns
-        };
+        let [rows, columns] = [&text.rows, &text.columns].map(|given| match &given[..] {
+            [] => vec![Alternative::default()],
+            some => some.to_vec(),
+        });
         let count = rows.len() * columns.len();
         if count > VIEWS {
-            return Err(refuse(
-                "columns",
-                format!("make {count} views with the rows; at most {VIEWS} fit one sweep"),
-            ));
+            let problem =
+                format!("make {count} views with the rows; at most {VIEWS} fit one sweep");
+            return Err(refuse("columns", problem));
         }
         if text.frames == Some(0) {
-            return Err(refuse(
-                "frames",
-                "is 0; give 1 or more, or leave it out".into(),
-            ));
+            let problem = "is 0; give 1 or more, or leave it out";
+            return Err(refuse("frames", problem.into()));
         }
         let scene = SceneFile::load(&path.parent().unwrap_or(Path::new("")).join(&text.scene))?;
+        if let Colour::Displacement(end) = text.colour
+            && !(end.is_finite() && end > 0.0)
+        {
+            let problem =
+                format!("is {end}; give the displacement at the end of the scale, m, above 0");
+            return Err(refuse("colour.displacement", problem));
+        }
+        let varied = |one: &Alternative| one.elastic != v1::ElasticSolid::default();
+        if rows.iter().chain(&columns).any(varied) && solid(&mut scene.scene.clone()).is_none() {
+            let problem = "is given, and the scene has no motion.elastic; leave it out";
+            return Err(refuse("elastic", problem.into()));
+        }
         let base = scene.scene.mapping.clone().unwrap_or_default();
         let view = |row: &Alternative, column: &Alternative| View {
             label: [&*row.label, &column.label]
@@ -171,12 +179,12 @@ impl Sweep {
             rules: (column.rules.as_ref().or(row.rules.as_ref()))
                 .unwrap_or(&scene.scene.rules)
                 .clone(),
+            elastic: merged(row.elastic.clone(), &column.elastic),
         };
         Ok(Self {
-            title: if text.title.is_empty() {
-                scene.scene.title.clone()
-            } else {
-                text.title
+            title: match &*text.title {
+                "" => scene.scene.title.clone(),
+                title => title.to_owned(),
             },
             frames: frames(&scene, text.frames),
             colour: text.colour,
@@ -216,6 +224,9 @@ impl Sweep {
         let mut scene = self.scene.scene_for(client).await?;
         scene.mapping = Some(view.mapping.clone());
         scene.rules.clone_from(&view.rules);
+        if let Some(solid) = solid(&mut scene) {
+            *solid = merged(std::mem::take(solid), &view.elastic);
+        }
         let request = v1::CreateSessionRequest {
             scene: Some(scene),
             ..v1::CreateSessionRequest::default()
@@ -351,6 +362,23 @@ fn frames(scene: &SceneFile, asked: Option<u64>) -> u64 {
             steps.max(1)
         }
     }
+}
+
+/// The elastic solid that is a scene's motion.
+fn solid(scene: &mut v1::Scene) -> Option<&mut v1::ElasticSolid> {
+    match scene.motion.as_mut()?.source.as_mut()? {
+        v1::motion::Source::Elastic(solid) => Some(solid),
+        v1::motion::Source::External(_)
+        | v1::motion::Source::MassSpring(_)
+        | v1::motion::Source::Particles(_) => None,
+    }
+}
+
+/// A solid with what another one sets.
+fn merged(mut base: v1::ElasticSolid, over: &v1::ElasticSolid) -> v1::ElasticSolid {
+    base.merge(&*over.encode_to_vec())
+        .expect("what was just encoded is read");
+    base
 }
 
 /// A mapping with the fields that another one sets.

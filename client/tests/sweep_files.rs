@@ -1,9 +1,12 @@
 //! Sweep files: what they make, and what is refused.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use sinew_client::sweep::{Colour, Sweep, View};
-use sinew_proto::v1::{filter, motion_rule};
+use sinew_proto::v1::{GeodesicMetric, GradedMetric, elastic_solid::Metric, filter, motion_rule};
 
 const SCENE: &str = r#"
 title = "Two masses"
@@ -157,4 +160,40 @@ fn what_is_no_sweep_is_refused_with_its_field() {
     let error =
         Sweep::load(&written("many", &format!("scene = \"scene.toml\"\n{many}"))).unwrap_err();
     assert!(error.to_string().contains("65 views"), "{error}");
+}
+
+#[test]
+fn the_elastic_figures_show_one_body_by_three_measures_of_who_is_near() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/elastic");
+    for figure in ["two-bars-2d", "two-bars-3d", "pants", "octopus"] {
+        let path = folder.join(format!("figure-{figure}.toml"));
+        let sweep = Sweep::load(&path).unwrap();
+        assert!(matches!(sweep.colour, Colour::Displacement(end) if end > 0.0));
+        let metrics = sweep.views.iter().map(|view| view.elastic.metric);
+        assert_eq!(
+            metrics.collect::<Vec<_>>(),
+            [
+                Some(Metric::Geodesic(GeodesicMetric { exponent: 1.0 })),
+                Some(Metric::Geodesic(GeodesicMetric { exponent: 15.0 })),
+                Some(Metric::Graded(GradedMetric::default())),
+            ]
+        );
+    }
+}
+
+#[test]
+fn scales_without_length_and_solids_where_there_is_none_are_refused_by_name() {
+    for (line, field) in [
+        ("colour.displacement = 0", "colour.displacement"),
+        ("rows = [{ label = \"a\", elastic.damping = 1 }]", "elastic"),
+    ] {
+        let rows = if line.starts_with("rows") {
+            ""
+        } else {
+            "[[columns]]\nlabel = \"b\"\n"
+        };
+        let path = written(field, &format!("scene = \"scene.toml\"\n{line}\n{rows}"));
+        let error = Sweep::load(&path).unwrap_err().to_string();
+        assert!(error.contains(field), "{error}");
+    }
 }

@@ -31,7 +31,7 @@ const PICTURE: [usize; 2] = [440, 340];
 /// Steps shown of each view in the recording, at most.
 const SHOTS: u64 = 40;
 
-/// Runs a grid of mappings and rules over one motion, one session for each, and shows them side by side: as a Rerun
+/// Runs a grid of mappings, rules and elastic solids over one motion, one session for each, and shows them side by side: as a Rerun
 /// recording with a view for each, and as a contact sheet.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -39,7 +39,8 @@ const SHOTS: u64 = 40;
   sinew sweep figure-7.toml --out /tmp                and there
   sinew sweep figure-7.toml --server stage:7370       on a server that runs already")]
 pub(crate) struct Arguments {
-    /// The sweep file, JSON or TOML: a scene file and alternatives of its mapping and rules.
+    /// The sweep file, JSON or TOML: a scene file and alternatives of its mapping, rules and elastic
+    /// solid.
     #[arg(value_name = "SWEEP")]
     sweep: PathBuf,
     /// A server that runs already. Without it: one inside this command.
@@ -165,7 +166,12 @@ fn contact_sheet(sweep: &Sweep, views: &[Seen]) -> picture::Picture {
         let subject = Subject {
             positions: &seen.last.grid.positions,
             skin: &seen.skin,
-            points: &seen.last.points,
+            // Where points have the colours of the surface, they would only hide it.
+            points: seen
+                .skin
+                .points
+                .as_ref()
+                .map_or(&*seen.last.points, |_| &[]),
         };
         let found = match (seen.parts, seen.apart) {
             (Some(parts), _) => format!("torn, in {parts} parts"),

@@ -270,7 +270,11 @@ mod tests {
         let colours = vec![[0.5; 3]; surface.vertices.len()];
         let subject = Subject {
             positions: &grid.positions,
-            skin: &Skin { surface, colours },
+            skin: &Skin {
+                surface,
+                colours,
+                points: None,
+            },
             points: &[],
         };
         let size = [40, 30];
@@ -319,7 +323,11 @@ mod tests {
         colours[first as usize..].fill([0.0, 0.0, 9.0]);
         let subject = Subject {
             positions: &grid.positions,
-            skin: &Skin { surface, colours },
+            skin: &Skin {
+                surface,
+                colours,
+                points: None,
+            },
             points: &[],
         };
         let size = [40, 30];

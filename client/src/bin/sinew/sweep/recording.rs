@@ -10,7 +10,7 @@ use sinew_client::sweep::Shot;
 use sinew_mesh::vertex_normals;
 use sinew_proto::v1::UpAxis;
 
-use super::{sheet::encoded, skin::Skin};
+use super::{picture::Light, sheet::encoded, skin::Skin};
 use crate::Failure;
 
 /// A recording that is being written.
@@ -67,7 +67,11 @@ impl Recording {
         &self,
         view: usize,
         shot: &Shot,
-        Skin { surface, colours }: &Skin,
+        Skin {
+            surface,
+            colours,
+            points: own,
+        }: &Skin,
         changed: bool,
     ) -> Result<(), Failure> {
         self.stream
@@ -82,14 +86,14 @@ impl Recording {
             .iter()
             .map(|&v| narrow(&shot.grid.positions[v as usize]));
         let points = shot.points.iter().map(narrow);
-        let (mesh, points) = if changed {
-            let colours = colours.iter().map(|light| {
-                let [r, g, b] = encoded(light);
-                Color::from_rgb(r, g, b)
-            });
+        let coloured = |light: &Light| {
+            let [r, g, b] = encoded(light);
+            Color::from_rgb(r, g, b)
+        };
+        let (mut mesh, mut points) = if changed {
             let mesh = Mesh3D::new(corners)
                 .with_triangle_indices(surface.triangles.iter().copied())
-                .with_vertex_colors(colours);
+                .with_vertex_colors(colours.iter().map(coloured));
             let points = Points3D::new(points)
                 .with_radii([Radius::new_ui_points(3.0)])
                 .with_colors([Color::from_rgb(200, 40, 30)]);
@@ -98,6 +102,10 @@ impl Recording {
             let mesh = Mesh3D::update_fields().with_vertex_positions(corners);
             (mesh, Points3D::update_fields().with_positions(points))
         };
+        if let Some(own) = own {
+            mesh = mesh.with_vertex_colors(colours.iter().map(coloured));
+            points = points.with_colors(own.iter().map(coloured));
+        }
         self.stream.log(
             format!("{}/mesh", entity(view)),
             &mesh.with_vertex_normals(normals),

@@ -1,5 +1,6 @@
 //! What is seen of a mesh, and in which colours.
 
+use nalgebra::Vector3;
 use sinew_client::{
     Client, ClientError,
     sweep::{Colour, Shot, Sweep, View},
@@ -10,6 +11,14 @@ use super::picture::Light;
 
 /// A plain surface, in linear light: a pale blue.
 const PLAIN: Light = [0.28, 0.43, 0.62];
+/// Viridis in five steps, from no displacement to the end of the scale: as light to the eye as it is far.
+const SCALE: [Light; 5] = [
+    [0.055, 0.000, 0.087],
+    [0.040, 0.082, 0.263],
+    [0.011, 0.289, 0.267],
+    [0.111, 0.592, 0.122],
+    [0.983, 0.805, 0.014],
+];
 /// What was inside the mesh at rest: the dark red of the live view's fractures.
 const INSIDE: Light = [0.45, 0.01, 0.02];
 
@@ -18,12 +27,22 @@ pub(crate) struct Skin {
     pub(crate) surface: Surface,
     /// One per vertex of the surface.
     pub(crate) colours: Vec<Light>,
+    /// One per point, where points have colours of their own, which change.
+    pub(crate) points: Option<Vec<Light>>,
 }
 
 /// What colours the vertices of a view's mesh.
-pub(crate) struct Palette {
-    /// Of each vertex that is on the surface at rest.
-    colours: Vec<Option<Light>>,
+pub(crate) enum Palette {
+    /// Always the same: of each vertex that is on the surface at rest.
+    Still(Vec<Option<Light>>),
+    /// By the distance from rest.
+    Displacement {
+        /// Vertices and points at rest, m.
+        vertices: Vec<Vector3<f64>>,
+        points: Vec<Vector3<f64>>,
+        /// At the end of the scale, m.
+        end: f64,
+    },
 }
 
 impl Palette {
@@ -41,24 +60,67 @@ impl Palette {
                 let points = sweep.strongest(client, view, &vertices).await?;
                 points.into_iter().map(of_point).collect()
             }
+            Colour::Displacement(end) => {
+                return Ok(Self::Displacement {
+                    vertices: rest.grid.positions.clone(),
+                    points: rest.points.clone(),
+                    end,
+                });
+            }
         };
         let mut colours = vec![None; rest.grid.positions.len()];
         for (vertex, light) in vertices.into_iter().zip(lights) {
             colours[vertex as usize] = Some(light);
         }
-        Ok(Self { colours })
+        Ok(Self::Still(colours))
     }
 
     /// The surface of a shot; what was not on it at rest has come to light since.
     pub(crate) fn skin(&self, shot: &Shot) -> Skin {
         let surface = surface(&shot.grid.cells);
-        let colour = |&vertex: &u32| self.colours.get(vertex as usize).copied().flatten();
-        let colours = surface.vertices.iter().map(colour);
+        let colour = |&vertex: &u32| {
+            let vertex = vertex as usize;
+            let known = match self {
+                Self::Still(colours) => colours.get(vertex).copied().flatten(),
+                Self::Displacement { vertices, end, .. } => vertices
+                    .get(vertex)
+                    .map(|rest| of_part((shot.grid.positions[vertex] - rest).norm() / end)),
+            };
+            known.unwrap_or(INSIDE)
+        };
         Skin {
-            colours: colours.map(|known| known.unwrap_or(INSIDE)).collect(),
+            colours: surface.vertices.iter().map(colour).collect(),
+            points: self.points(shot),
             surface,
         }
     }
+
+    /// Colours of the points, where they have colours of their own.
+    fn points(&self, shot: &Shot) -> Option<Vec<Light>> {
+        match self {
+            Self::Still(_) => None,
+            Self::Displacement { points, end, .. } => {
+                let pairs = points.iter().zip(&shot.points);
+                Some(
+                    pairs
+                        .map(|(rest, x)| of_part((x - rest).norm() / end))
+                        .collect(),
+                )
+            }
+        }
+    }
+}
+
+/// The colour of a part, 0 to 1, of the scale.
+fn of_part(part: f64) -> Light {
+    #[expect(clippy::cast_possible_truncation, reason = "light has few digits")]
+    let at = part.clamp(0.0, 1.0) as f32 * (SCALE.len() - 1) as f32;
+    let lower = SCALE.iter().zip(&SCALE[1..]).zip(0_u8..);
+    let (low, high, at) = lower
+        .map(|((low, high), step)| (low, high, at - f32::from(step)))
+        .find(|&(_, _, at)| at <= 1.0)
+        .unwrap_or((&SCALE[0], &SCALE[0], 0.0));
+    std::array::from_fn(|k| low[k] + (high[k] - low[k]) * at)
 }
 
 /// Colours that tell neighbouring indices apart: hues by the golden angle, in linear light.
