@@ -1,18 +1,19 @@
 //! Elastic solids of points: what parts a body, what neighbourhoods cost, and time against error of a beam.
 
+mod beam;
+
 use std::fs;
 
 use nalgebra::Vector3;
 use sinew_particles::{
-    Dimension, Integration, Material, MaterialLaw, Metric, Reach, Solid, SolidSpec, Stepping,
-    Survey, System, SystemSpec,
+    Dimension, Integration, Material, MaterialLaw, Metric, Reach, Solid, SolidSpec, Survey, System,
+    SystemSpec,
 };
 
 use crate::{
-    peers::{Peers, error_of},
-    plot::{Axis, Ink, Plot, Point, Series},
+    peers::Peers,
     section::{Cell, Failure, Findings, Section, Table},
-    timing::{time, with_threads},
+    timing::{exponent, time, with_threads},
 };
 
 pub(crate) const SECTION: Section = Section {
@@ -21,16 +22,10 @@ pub(crate) const SECTION: Section = Section {
     measure,
 };
 
-/// The beam of the peers: m, kg/m³, Pa, m/s², 1/s.
-const LENGTH: f64 = 1.0;
-const HEIGHT: f64 = 0.2;
+/// kg/m³, Pa.
 const DENSITY: f64 = 1_000.0;
 const YOUNG: f64 = 1e6;
 const POISSON: f64 = 0.3;
-const GRAVITY: f64 = 0.5;
-const DAMPING: f64 = 10.0;
-/// Simulated time of the beam, s: after it, it rests.
-const SETTLED: f64 = 2.0;
 /// Distances searched within, in spacings.
 const REACH: f64 = 1.9;
 
@@ -50,7 +45,8 @@ fn measure() -> Result<Findings, Failure> {
          the points that there are.",
     );
     findings.table(with_threads(1, neighbourhoods)?);
-    beam(&mut findings)?;
+    steps(&mut findings)?;
+    beam::measure(&mut findings)?;
     Ok(findings)
 }
 
@@ -269,146 +265,54 @@ fn scipy(peers: &Peers, points: &[Vector3<f64>], sources: u32) -> Result<f64, Fa
     Ok(first.ok_or("neighbourhoods.py printed nothing")?.seconds)
 }
 
-/// Timoshenko's deflection of the tip, shear by Cowper, m.
-fn timoshenko() -> f64 {
-    let (area, inertia) = (HEIGHT * HEIGHT, HEIGHT.powi(4) / 12.0);
-    let weight = DENSITY * GRAVITY * area;
-    let shear =
-        YOUNG / (2.0 * (1.0 + POISSON)) * area * 10.0 * (1.0 + POISSON) / (12.0 + 11.0 * POISSON);
-    weight * LENGTH.powi(4) / (8.0 * YOUNG * inertia) + weight * LENGTH.powi(2) / (2.0 * shear)
-}
-
-/// The peers' beam of so many points through its height: seconds per simulated second, and the tip's error.
-fn ours(through: u32) -> Result<(usize, f64, f64), Failure> {
-    let s = HEIGHT / f64::from(through);
-    let clamped = 4;
-    let columns = clamped + 5 * through;
-    let mut points = Vec::new();
-    for z in 0..through {
-        for y in 0..through {
-            for x in 0..columns {
-                // The last clamped points lie on the root's plane.
-                let x = f64::from(x) - f64::from(clamped - 1);
-                points.push(Vector3::new(x, f64::from(y) + 0.5, f64::from(z) + 0.5) * s);
-            }
-        }
-    }
-    let count = points.len();
-    let solid = SolidSpec {
-        volumes: Some(vec![s.powi(3); count]),
-        damping: DAMPING,
-        ..SolidSpec::new(material(MaterialLaw::Corotated), DENSITY)
-    };
-    let mut system = System::new(SystemSpec {
-        velocities: vec![Vector3::zeros(); count],
-        fixed: (0..)
-            .zip(&points)
-            .filter(|(_, x)| x.x < 0.5 * s)
-            .map(|(i, _)| i)
-            .collect(),
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        positions: points.clone(),
-        solid: Some(solid),
-        stepping: Stepping::Fixed,
-        ..SystemSpec::default()
-    })?;
-    let steps = (SETTLED / (0.8 * system.largest_stable_step())).ceil();
-    let mut done = Ok(());
-    let seconds = time(|| {
-        let mut step = 0.0;
-        while step < steps && done.is_ok() {
-            done = system.step(SETTLED / steps);
-            step += 1.0;
-        }
-    });
-    done?;
-    let last = points.iter().map(|x| x.x).fold(0.0, f64::max);
-    let end = points
-        .iter()
-        .zip(system.positions())
-        .filter(|(x, _)| x.x > last - 0.5 * s);
-    let sinks: Vec<f64> = end.map(|(x, now)| x.z - now.z).collect();
-    #[expect(clippy::cast_precision_loss, reason = "a count of points")]
-    let tip = sinks.iter().sum::<f64>() / sinks.len() as f64;
-    Ok((count, seconds / SETTLED, tip / timoshenko() - 1.0))
-}
-
-fn beam(findings: &mut Findings) -> Result<(), Failure> {
-    findings.text(
-        "A beam of 1 m × 0.2 m × 0.2 m, clamped at one end, under its weight, in space, damped until it rests; the error is \
-         that of its tip against Timoshenko's theory. Time is for a simulated second, on one thread: a method that takes \
-         many cheap steps can still lose. The peers' scripts were tuned by others, as their README says.",
-    );
+/// What a step costs by the number of points, on one thread and on two.
+fn steps(findings: &mut Findings) -> Result<(), Failure> {
+    const STEPS: u32 = 20;
     let mut table = Table::new(
-        "Time for a simulated second against error of the tip",
-        [
-            "method",
-            "points",
-            "s per simulated second",
-            "error of the tip",
-        ],
+        "Cost of a step, ns per point",
+        ["points", "1 thread", "2 threads, one of them"],
     );
-    let mut plot = Plot {
-        name: "beam".to_owned(),
-        title: "A cantilever under its weight".to_owned(),
-        x: Axis::new("s per simulated second"),
-        y: Axis::new("error of the tip").with_floor(1e-3),
-        series: Vec::new(),
-    };
-    let mut points = Vec::new();
-    for through in [4, 5, 7, 10] {
-        let (count, seconds, error) = with_threads(1, || ours(through))?;
-        table.row([
-            "Sinew".into(),
-            count.to_string().into(),
-            seconds.into(),
-            error.into(),
-        ]);
-        points.push(Point {
-            x: seconds,
-            y: error.abs(),
-            note: format!("{count} points"),
-        });
-    }
-    plot.series.push(Series {
-        label: "Sinew".to_owned(),
-        points,
-        ink: Ink::Blue,
-    });
-    if let Err(why) = mpm(&mut table, &mut plot) {
-        findings.text(format!("The material point method was not measured: {why}"));
-    }
-    findings.table(table);
-    findings.plot(plot);
-    Ok(())
-}
-
-/// taichi's material point method on the same beam, by the peers' script.
-fn mpm(table: &mut Table, plot: &mut Plot) -> Result<(), Failure> {
-    let peers = Peers::find()?;
-    for arguments in [["0.04", "6600", "3e-4"], ["0.02", "13200", "1.5e-4"]] {
-        for figure in peers.python("6_elastic/taichi_mpm.py", &arguments, &[("DAMP", "10")])? {
-            let simulated = error_of(&figure, "sim_time").ok_or("no sim_time")?;
-            let error = error_of(&figure, "rel").ok_or("no rel")?;
-            // The script times one of six equal parts of its run.
-            let seconds = 6.0 * figure.seconds / simulated;
-            let label = format!("{} {}", figure.peer, figure.version);
-            table.row([
-                label.clone().into(),
-                figure.n.clone().into(),
-                seconds.into(),
-                error.into(),
-            ]);
-            plot.series.push(Series {
-                label,
-                points: vec![Point {
-                    x: seconds,
-                    y: error.abs(),
-                    note: figure.n,
-                }],
-                ink: Ink::Orange,
+    let mut sizes = Vec::new();
+    for side in [10, 22, 46] {
+        let points = cloud(side);
+        #[expect(clippy::cast_precision_loss, reason = "a count of points")]
+        let count = points.len() as f64;
+        let solid = SolidSpec::new(material(MaterialLaw::Corotated), DENSITY);
+        let mut system = System::new(SystemSpec {
+            velocities: points
+                .iter()
+                .map(|x| Vector3::new(x.y, -x.x, 0.1))
+                .collect(),
+            positions: points,
+            solid: Some(solid),
+            ..SystemSpec::default()
+        })?;
+        let dt = 0.1 * system.largest_stable_step();
+        let mut seconds = [0.0; 2];
+        for (threads, seconds) in (1..).zip(&mut seconds) {
+            let mut done = Ok(());
+            let taken = with_threads(threads, || {
+                time(|| {
+                    for _ in 0..STEPS {
+                        done = done.and(system.step(dt));
+                    }
+                })
             });
+            done?;
+            *seconds = taken / f64::from(STEPS);
         }
+        sizes.push((count, seconds[0]));
+        table.row([
+            Cell::from(format!("{count}")),
+            (1e9 * seconds[0] / count).into(),
+            (1e9 * seconds[1] / count).into(),
+        ]);
     }
+    findings.text(format!(
+        "A step of a free block of shaken points, explicit: on one thread the time goes by the number of points to the power \
+         of {:.2}.",
+        exponent(&sizes)
+    ));
+    findings.table(table);
     Ok(())
 }
