@@ -14,13 +14,14 @@ mod precision;
 mod presets;
 mod rbf;
 mod scaling;
+mod tearing;
 mod threads;
 mod topology;
 mod ways;
 
 use crate::section::Section;
 
-pub(crate) const ALL: [Section; 17] = [
+pub(crate) const ALL: [Section; 18] = [
     mapping::SECTION,
     presets::SECTION,
     rbf::SECTION,
@@ -37,5 +38,6 @@ pub(crate) const ALL: [Section; 17] = [
     oriented::SECTION,
     elastic::SECTION,
     topology::SECTION,
+    tearing::SECTION,
     paper::SECTION,
 ];
