@@ -49,12 +49,6 @@ pub struct Nearest {
 }
 
 impl Nearest {
-    /// Most sources of a node.
-    #[must_use]
-    pub fn stride(&self) -> usize {
-        self.stride
-    }
-
     /// The sources that reach a node and their distances, nearest first.
     ///
     /// # Panics
@@ -72,12 +66,6 @@ impl Nearest {
             sources: vec![NOBODY; nodes * stride],
             distances: vec![f64::INFINITY; nodes * stride],
         }
-    }
-
-    fn forget(&mut self, node: u32) {
-        let start = node as usize * self.stride;
-        self.sources[start..start + self.stride].fill(NOBODY);
-        self.distances[start..start + self.stride].fill(f64::INFINITY);
     }
 }
 
@@ -240,54 +228,6 @@ impl<M: Medium> Flood<'_, M> {
                 self.graph.leave(node, distance, &mut front);
             }
         }
-    }
-}
-
-impl Flood<'_> {
-    /// Floods some nodes again, after arcs went or came: their entries are forgotten and made anew from the roots there and
-    /// from the neighbours. Gives what [`Flood::nearest`] gives if these are all nodes whose entries the change changes;
-    /// the cost is theirs alone, but for a flag per node. A row keeps no more entries than the stride. With different
-    /// coefficients all nodes are flooded: what was crowded out at a neighbour may then still count here.
-    ///
-    /// # Panics
-    /// As [`Flood::nearest`], and if `nearest` is of another graph.
-    pub fn again(&self, nearest: &mut Nearest, nodes: &[u32]) {
-        assert_eq!(nearest.sources.len(), self.graph.len() * nearest.stride);
-        let mut coefficients = self.roots.iter().map(|root| self.coefficient(root.source));
-        let first = coefficients.next();
-        if coefficients.any(|other| Some(other) != first) {
-            *nearest = self.nearest(nearest.stride);
-            return;
-        }
-        let mut forgotten = vec![false; self.graph.len()];
-        for &node in nodes {
-            forgotten[node as usize] = true;
-            nearest.forget(node);
-        }
-        let here = self.roots.iter().copied();
-        let here: Vec<Root> = here.filter(|root| forgotten[root.node as usize]).collect();
-        let mut seeds = self.seeds(&here);
-        for &node in nodes {
-            for (from, cost) in self.graph.arcs(node) {
-                let row = nearest.row(from as usize); // empty where forgotten
-                seeds.extend(row.map(|(source, distance)| {
-                    let coefficient = self.coefficient(source);
-                    let before = if coefficient > 0.0 {
-                        distance / coefficient
-                    } else {
-                        0.0
-                    };
-                    let distance = before + cost;
-                    let entry = Entry {
-                        distance,
-                        node,
-                        source,
-                    };
-                    Seed { coefficient, entry }
-                }));
-            }
-        }
-        self.spread(nearest, seeds);
     }
 }
 
