@@ -53,8 +53,8 @@ pub struct Buffer {
     counts: Counts,
 }
 
-/// A moment this close to a frame is the frame's, as a share of the span: what clocks in decimal fractions are off by.
-const SNAP: f64 = 1e-3;
+/// A moment this close to a frame is the frame's, s: what clocks in decimal fractions are off by.
+const SNAP: f64 = 1e-5;
 
 impl Buffer {
     /// An empty one.
@@ -112,8 +112,7 @@ impl Buffer {
     /// The sequence is that of the last frame at or before `time`, or else the first one's.
     pub fn at(&mut self, time: f64) -> Option<Sample> {
         self.past = time;
-        let snap = SNAP * self.span;
-        let after = (self.frames).partition_point(|frame| frame.time <= time + snap);
+        let after = (self.frames).partition_point(|frame| frame.time <= time + SNAP);
         // All before the one at or before `time` is past.
         for i in 0..after {
             remember(&mut self.last, &self.frames[i]);
@@ -122,7 +121,7 @@ impl Buffer {
         let before = (after > 0).then(|| &self.frames[0]);
         let next = self.frames.get(usize::from(after > 0));
         let frame = match (before, next) {
-            (Some(frame), _) if time - frame.time <= snap => Sample {
+            (Some(frame), _) if time - frame.time <= SNAP => Sample {
                 time,
                 ..frame.clone()
             },

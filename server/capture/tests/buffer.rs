@@ -33,6 +33,9 @@ fn a_moment_between_two_frames_is_on_the_line_between_them() {
     let exact = buffer.at(6.0 / RATE + 1e-9).unwrap();
     assert_eq!(exact.positions, frame(6).positions, "a frame's own moment");
     assert_eq!(exact.seen, [true, true]);
+    let near = 7.0 / RATE + 2e-5;
+    let moment = buffer.at(near).unwrap();
+    assert!((moment.positions[0].x - near).abs() < 1e-15, "its own time");
 }
 
 #[test]
